@@ -12,7 +12,7 @@ use softdock_kernels::philox;
 use softdock_kernels::plant::Plant;
 use softdock_kernels::session::{Rule, axes_asked};
 use softdock_kernels::vector::{Pose, vec3};
-use softdock_realtime::drive::core::Task;
+use softdock_realtime::drive::core::SessionTask;
 use softdock_realtime::drive::prediction::expect;
 use softdock_realtime::time::Nanos;
 use softdock_test_size::sized;
@@ -76,7 +76,7 @@ fn farm_and_drive_give_the_same_outcome_for_the_same_draw() {
         .par_iter()
         .map(|farm| {
             let params = farm.params;
-            let task = Task::new(Arc::clone(&plant), Arc::clone(&station), farm.run, params);
+            let task = SessionTask::new(Arc::clone(&plant), Arc::clone(&station), farm.run, params);
             let drive = expect(&task, key, &params, cycle).expect("in reach");
             let one = ended(&plant, farm.stop, &farm.hil, farm.hil.end_time);
             (one, ended(&plant, drive.stop, &drive.metrics, drive.run_time))
@@ -126,7 +126,7 @@ fn each_rule_of_the_workspace_stops_farm_and_drive_alike() {
             .par_iter()
             .map(|farm| {
                 let (plant, station) = (Arc::clone(&plant), Arc::clone(&station));
-                let task = Task::new(plant, station, farm.run, farm.params);
+                let task = SessionTask::new(plant, station, farm.run, farm.params);
                 let drive = expect(&task, key, &farm.params, cycle).expect("in reach");
                 let one = ended(&job.plant, farm.stop, &farm.hil, farm.hil.end_time);
                 let two = ended(&job.plant, drive.stop, &drive.metrics, drive.run_time);

@@ -1,71 +1,99 @@
-//! The `softdock` command: from a campaign file to a verdict.
+//! The `softdock` command: parses arguments, calls the libraries, renders their answers.
 
-mod args;
-mod bench;
-mod bench_diagnosis;
-mod check;
-mod compare;
-mod devices;
-mod diagnose;
-mod drive;
-mod emulate;
-mod farm;
-mod identify;
-mod judge;
-mod kernel;
-mod map;
-mod merge;
-mod plan;
+mod campaign;
+mod cluster;
+mod diagnosis;
+mod gauntlet;
+mod machine;
 mod progress;
-mod replay;
-mod replay_log;
-mod report;
-mod reports;
-mod run;
-mod scene;
-mod schema;
-mod status;
-#[cfg(feature = "s3")]
-mod store;
-mod submit;
-mod verify;
-mod words;
-mod worker;
+mod results;
+mod robots;
+mod session_terminal;
+mod terminal;
+mod values;
 
-use args::{BenchCommand, Command};
-use clap::Parser;
+use clap::{Parser, Subcommand};
 use std::process::ExitCode;
+use terminal::Outcome;
+
+/// Monte Carlo verification of contact tasks: thousands of runs, in space and on the HIL facility side by side.
+#[derive(Debug, Parser)]
+#[command(
+    version,
+    max_term_width = 110,
+    after_help = "\
+Exit codes: 0 every requirement verified, 1 some requirement not verified, 2 bad input, 3 campaign incomplete.
+
+Example:
+  softdock run campaigns/smoke.toml"
+)]
+struct Cli {
+    /// Command.
+    #[command(subcommand)]
+    command: Command,
+}
+
+/// The commands; their arguments are documented at each type.
+#[derive(Debug, Subcommand)]
+enum Command {
+    Check(campaign::CheckArgs),
+    Plan(campaign::PlanArgs),
+    Run(campaign::RunArgs),
+    Status(results::StatusArgs),
+    Verify(results::VerifyArgs),
+    Worker(cluster::WorkerArgs),
+    Finish(cluster::FinishArgs),
+    Submit(cluster::SubmitArgs),
+    Merge(results::MergeArgs),
+    Compare(results::CompareArgs),
+    Judge(results::JudgeArgs),
+    Report(results::ReportArgs),
+    Replay(results::ReplayArgs),
+    Schema(machine::SchemaArgs),
+    Kernel(machine::KernelArgs),
+    Map(machine::MapArgs),
+    Bench(machine::BenchArgs),
+    /// List the devices that can make runs.
+    Devices,
+    #[cfg(feature = "s3")]
+    Store(cluster::StoreArgs),
+    Drive(robots::DriveArgs),
+    Emulate(robots::EmulateArgs),
+    Identify(diagnosis::IdentifyArgs),
+    Diagnose(diagnosis::DiagnoseArgs),
+}
+
+impl Command {
+    fn run(&self) -> Outcome {
+        match self {
+            Self::Check(args) => campaign::check(args),
+            Self::Plan(args) => campaign::plan(args),
+            Self::Run(args) => campaign::run(args),
+            Self::Status(args) => results::status(args),
+            Self::Verify(args) => results::verify(args),
+            Self::Worker(args) => cluster::worker(args),
+            Self::Finish(args) => cluster::finish(args),
+            Self::Submit(args) => cluster::submit(args),
+            Self::Merge(args) => results::merge(args),
+            Self::Compare(args) => results::compare(args),
+            Self::Judge(args) => results::judge(args),
+            Self::Report(args) => results::report(args),
+            Self::Replay(args) => results::replay(args),
+            Self::Schema(args) => machine::schema(args),
+            Self::Kernel(args) => machine::kernel_listing(args),
+            Self::Map(args) => machine::map(args),
+            Self::Bench(args) => machine::bench(args),
+            Self::Devices => machine::devices(),
+            #[cfg(feature = "s3")]
+            Self::Store(args) => cluster::store(args),
+            Self::Drive(args) => robots::drive(args),
+            Self::Emulate(args) => robots::emulate(args),
+            Self::Identify(args) => diagnosis::identify(args),
+            Self::Diagnose(args) => diagnosis::diagnose(args),
+        }
+    }
+}
 
 fn main() -> ExitCode {
-    let answer = match args::Cli::parse().command {
-        Command::Check(args) => check::check(&args),
-        Command::Plan(args) => plan::plan(&args),
-        Command::Run(args) => run::run(&args),
-        Command::Status(args) => status::status(&args),
-        Command::Verify(args) => verify::verify(&args),
-        Command::Worker(args) => worker::worker(&args),
-        Command::Finish(args) => worker::finish(&args),
-        Command::Submit(args) => submit::submit(&args),
-        Command::Merge(args) => merge::merge(&args),
-        Command::Compare(args) => compare::compare(&args),
-        Command::Judge(args) => judge::judge(&args),
-        Command::Report(args) => report::report(&args),
-        Command::Replay(args) => replay::replay(&args),
-        Command::Schema(args) => schema::schema(&args),
-        Command::Kernel(args) => kernel::kernel_listing(&args),
-        Command::Map(args) => map::map(&args),
-        Command::Bench(args) => match &args.what {
-            None => bench::bench(&args),
-            Some(BenchCommand::Device(args)) => bench::bench_device(args),
-            Some(BenchCommand::Diagnosis(args)) => bench_diagnosis::bench_diagnosis(args),
-        },
-        Command::Identify(args) => identify::identify(&args),
-        Command::Diagnose(args) => diagnose::diagnose(&args),
-        Command::Drive(args) => drive::drive(&args),
-        Command::Emulate(args) => emulate::emulate(&args),
-        Command::Devices => devices::devices(),
-        #[cfg(feature = "s3")]
-        Command::Store(args) => store::store(&args),
-    };
-    words::leave(answer)
+    terminal::end(Cli::parse().command.run())
 }

@@ -1,37 +1,34 @@
 //! Progress on the terminal: a bar where there is a terminal, plain lines elsewhere; and Ctrl-C.
 
-use crate::words::warn;
+use crate::terminal::{Exit, warn};
 use indicatif::{ProgressBar, ProgressStyle};
-use softdock_farm::{Cancel, Context, Note, Observer, Work};
+use softdock_farm::{Cancel, Context, Note, Observer, ProgressLines, Work};
 use std::io::IsTerminal;
 use std::sync::{LazyLock, Mutex};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
-/// Seconds between two plain lines.
-const LINE_SECONDS: u64 = 10;
-
-/// Cancelled by Ctrl-C or SIGTERM, which the process gets as a whole.
+/// Cancelled by Ctrl-C or SIGTERM; global because a signal belongs to the process.
 static CANCEL: LazyLock<Cancel> = LazyLock::new(Cancel::default);
 
-/// From now on Ctrl-C asks for an orderly end, which keeps every finished run; a second one ends at once and loses the
-/// runs of the last seconds. Files are whole in both cases.
+/// Handles Ctrl-C: the first cancels the work and keeps every finished run; the second exits at once and loses the runs
+/// of the last seconds. Files stay valid in both cases.
 pub(crate) fn listen() {
     let on_signal = || {
         if CANCEL.is_cancelled() {
-            std::process::exit(crate::words::Exit::Incomplete as i32);
+            std::process::exit(Exit::Incomplete as i32);
         }
         CANCEL.cancel();
     };
-    // A handler can fail to be set only where one is set already.
+    // Fails only if a handler is set already.
     let _ = ctrlc::set_handler(on_signal);
 }
 
-/// True after Ctrl-C.
+/// Whether Ctrl-C was pressed.
 pub(crate) fn stopped() -> bool {
     CANCEL.is_cancelled()
 }
 
-/// Shows progress and notes on standard error; one piece of work at a time.
+/// Prints progress and notes to standard error; one piece of work at a time.
 #[derive(Default)]
 pub(crate) struct Terminal {
     work: Mutex<Option<Shown>>,
@@ -40,20 +37,17 @@ pub(crate) struct Terminal {
 /// A piece of work on the terminal.
 struct Shown {
     bar: Option<ProgressBar>,
-    total: u64,
-    begin: Instant,
-    /// Lines that were due so far.
-    lines: u64,
+    lines: ProgressLines,
 }
 
 impl Terminal {
-    /// A terminal that listens to Ctrl-C.
+    /// Creates the observer and handles Ctrl-C.
     pub(crate) fn new() -> Self {
         listen();
         Self::default()
     }
 
-    /// What campaign functions take.
+    /// Returns observer and cancel token for campaign functions.
     pub(crate) fn context(&self) -> Context<'_> {
         Context { observer: self, cancel: &CANCEL }
     }
@@ -68,23 +62,16 @@ impl Observer for Terminal {
             bar.enable_steady_tick(Duration::from_millis(200));
             bar
         });
-        let shown = Shown { bar, total, begin: Instant::now(), lines: 0 };
-        *self.work.lock().expect("no holder panics") = Some(shown);
+        let lines = ProgressLines::new(work, total);
+        *self.work.lock().expect("no holder panics") = Some(Shown { bar, lines });
     }
 
-    fn progress(&self, work: Work, done: u64) {
+    fn progress(&self, _: Work, done: u64) {
         let mut shown = self.work.lock().expect("no holder panics");
         let Some(shown) = &mut *shown else { return };
-        if let Some(bar) = &shown.bar {
-            return bar.set_position(done.min(shown.total));
-        }
-        // One line every few seconds, and one at the end.
-        let lines = shown.begin.elapsed().as_secs() / LINE_SECONDS;
-        if lines > shown.lines || done >= shown.total {
-            shown.lines = lines;
-            let rate = done as f64 / shown.begin.elapsed().as_secs_f64().max(1e-3);
-            let left = shown.total.saturating_sub(done) as f64 / rate.max(1e-9);
-            warn(format!("{} {done} of {} runs  {rate:.1}/s  {left:.0} s left", work.name(), shown.total));
+        match &shown.bar {
+            Some(bar) => bar.set_position(done.min(bar.length().unwrap_or(done))),
+            None => shown.lines.next(done).iter().for_each(warn),
         }
     }
 

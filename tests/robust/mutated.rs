@@ -13,7 +13,7 @@ use softdock_realtime::log::record::CycleRecord;
 use softdock_realtime::log::table::Logged;
 use softdock_realtime::log::writer::LogWriter;
 use softdock_realtime::protocol::rsi::context::rsi_ethernet;
-use softdock_realtime::protocol::rsi::ethernet_file::{Expected, read_rsi_ethernet};
+use softdock_realtime::protocol::rsi::ethernet_file::{RsiExpectation, read_rsi_ethernet};
 use softdock_realtime::protocol::rsi::tags::{Correction, TagMap};
 use softdock_realtime::time::Nanos;
 use softdock_results::drive_log::{open_drive_log, signal, write_drive_log};
@@ -170,7 +170,8 @@ fn marks(path: &Path) -> bool {
 
 fn rsi(path: &Path) -> bool {
     let Ok(text) = fs::read_to_string(path) else { return false };
-    let expected = Expected { mode: Correction::Absolute, cycle: Nanos::from_millis(4), rail: false, torque: None };
+    let expected =
+        RsiExpectation { mode: Correction::Absolute, cycle: Nanos::from_millis(4), rail: false, torque: None };
     read_rsi_ethernet(&text, &expected).is_ok()
 }
 

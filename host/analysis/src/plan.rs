@@ -2,6 +2,8 @@
 
 use std::fmt::Write;
 
+use serde_json::{Value, json};
+
 use crate::exact::{allowed_failures, smallest_runs, tolerated_rate};
 use crate::number::{digits_of, percent};
 
@@ -35,6 +37,32 @@ pub fn plan_text(probability: f64, confidence: f64, runs: Option<u64>) -> String
         };
     }
     out
+}
+
+/// Failures for which [`plan_json`] lists the runs needed.
+const JSON_FAILURES: u64 = 20;
+
+/// Returns the plan as JSON: the runs needed for each number of failures, and the failures that `runs` allow.
+pub fn plan_json(probability: f64, confidence: f64, runs: Option<u64>) -> Value {
+    let needed = |failures| json!({ "failures": failures, "runs": smallest_runs(failures, probability, confidence) });
+    json!({
+        "probability": probability,
+        "confidence": confidence,
+        "needed": (0..=JSON_FAILURES).map(needed).collect::<Vec<_>>(),
+        "runs": runs,
+        "allowed_failures": runs.and_then(|runs| allowed_failures(runs, probability, confidence)),
+    })
+}
+
+/// Reads a share of `99%` or `0.99`.
+///
+/// # Errors
+/// If the text is no number above 0 and up to 0.999999.
+pub fn parse_share(text: &str) -> Result<f64, String> {
+    let (number, scale) = text.strip_suffix('%').map_or((text, 1.0), |percent| (percent, 100.0));
+    let value = number.trim().parse::<f64>().map_err(|_| "write a share as 99% or 0.99".to_owned())? / scale;
+    let possible = value > 0.0 && value <= 0.999_999;
+    possible.then_some(value).ok_or_else(|| "a share lies above 0 and is at most 99.9999%".to_owned())
 }
 
 /// One sentence for `check`: what the campaign's number of runs allows, and what ten times as many would.

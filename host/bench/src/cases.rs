@@ -23,6 +23,18 @@ pub struct CaseDone<'a> {
     pub seconds_left: f64,
 }
 
+impl CaseDone<'_> {
+    /// Returns progress, case, cost and remaining time in one line.
+    pub fn text(&self) -> String {
+        let Self { done, missing, record, seconds_left } = self;
+        let cost = match &record.answer {
+            None => "no recording shows such a size".to_owned(),
+            Some(_) => format!("{:.1} s", record.cost.diagnosis + record.cost.rest),
+        };
+        format!("{done} of {missing}  {}: {cost}  {seconds_left:.0} s left", record.case)
+    }
+}
+
 /// Returns the cases whose name contains `text` and whose size is one of `multiples`; of any size if `multiples` is
 /// empty.
 ///
@@ -40,11 +52,11 @@ pub fn selected(all: &[Case], text: &str, multiples: &[f64]) -> Result<Vec<Case>
     Ok(own)
 }
 
-/// Writes model and recordings of a case into a folder for a diagnosis, and seals the truth there.
+/// Writes model and recordings of a case into a folder, with its sealed truth; returns the command that diagnoses them.
 ///
 /// # Errors
-/// If there is no such case, or its size is beyond the range of the generator.
-pub fn lay_out_case(all: &[Case], id: &str, folder: &Path) -> Result<()> {
+/// If there is no such case, or no bench can show as much as it hides.
+pub fn lay_out_case(all: &[Case], id: &str, folder: &Path) -> Result<String> {
     let Some(case) = all.iter().find(|case| case.id() == *id) else {
         let other = all[0].id();
         let what = format!("no case `{id}` of this size and these plants; another is `{other}`");
@@ -54,7 +66,8 @@ pub fn lay_out_case(all: &[Case], id: &str, folder: &Path) -> Result<()> {
         let what = format!("the size of `{id}` is beyond the range of the generator; use a smaller multiple");
         return Err(GauntletError::Unknown { what });
     }
-    Ok(())
+    let folder = folder.display();
+    Ok(format!("softdock diagnose {folder}/model.toml {folder}/training/* --holdout {folder}/holdout/*"))
 }
 
 /// Runs the cases that no worker has finished, until they are done or `stopped` holds.

@@ -14,6 +14,19 @@ pub enum Extent {
     Full,
 }
 
+impl Extent {
+    /// Every extent: its word on a command line, its meaning, its value.
+    pub const NAMED: [(&'static str, &'static str, Self); 2] = [
+        ("ci", "Minutes: detects that a change broke the diagnosis", Self::Ci),
+        ("full", "Hours: states rates with their bounds", Self::Full),
+    ];
+
+    /// The word on a command line.
+    pub fn word(self) -> &'static str {
+        Self::NAMED[self as usize].0
+    }
+}
+
 /// Selection of cases.
 #[derive(Clone, Debug)]
 pub struct Wanted {

@@ -5,6 +5,7 @@ pub mod answer;
 pub mod answer_text;
 pub mod block;
 mod combine;
+pub mod command_line;
 mod decide;
 pub mod diagnosis;
 pub mod diagnosis_page;

@@ -133,6 +133,20 @@ pub enum Choice {
     Cpu,
 }
 
+impl Choice {
+    /// Every choice: its word on a command line, its meaning, its value.
+    pub const NAMED: [(&'static str, &'static str, Self); 3] = [
+        ("auto", "A real GPU if there is one, else the CPU", Self::Auto),
+        ("gpu", "A GPU, or a software Vulkan driver", Self::Gpu),
+        ("cpu", "CPU lanes in f64", Self::Cpu),
+    ];
+
+    /// The word on a command line.
+    pub fn word(self) -> &'static str {
+        Self::NAMED[self as usize].0
+    }
+}
+
 /// Opens an engine; `report` receives the reason why the CPU takes over, should a GPU of [`Choice::Auto`] fail.
 ///
 /// # Errors

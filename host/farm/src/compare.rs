@@ -1,10 +1,11 @@
 //! Two results folders side by side: failures, rates, runs, metrics, and keys of their campaigns that differ.
 
-use crate::changes::{FileChange, changed_files};
+use crate::changes::{FileChange, changed_files, listed};
 use crate::error::{FarmError, Result};
 use crate::folder::ResultsFolder;
 use crate::paths::files_below;
-use softdock_analysis::{ResultsComparison, ResultsInput, compare_results};
+use serde_json::{Value, json};
+use softdock_analysis::{ResultsComparison, ResultsInput, compare_results, compare_results_text};
 use softdock_campaign::Cases;
 use std::path::Path;
 
@@ -23,6 +24,24 @@ impl FolderComparison {
     /// Whether both folders hold every run of their campaign.
     pub fn is_complete(&self) -> bool {
         self.results.first.complete && self.results.second.complete
+    }
+
+    /// Returns the comparison for a terminal.
+    pub fn text(&self) -> String {
+        let mut lines = listed(&self.changes);
+        lines.extend(self.cases_differ.then(|| "the tables of given cases differ".to_owned()));
+        if lines.is_empty() {
+            lines.push("none".to_owned());
+        }
+        format!("{}\nkeys that differ\n  {}", compare_results_text(&self.results), lines.join("\n  "))
+    }
+
+    /// Returns the comparison as JSON.
+    pub fn json(&self) -> Value {
+        let mut value = serde_json::to_value(&self.results).expect("a comparison is plain JSON");
+        value["changes"] = json!(self.changes.iter().map(FileChange::json).collect::<Vec<_>>());
+        value["cases_differ"] = json!(self.cases_differ);
+        value
     }
 }
 

@@ -68,6 +68,15 @@ impl Ended {
         if self.incomplete.is_some() { 3 } else { self.shown.exit_code() }
     }
 
+    /// The files that a report writes again: summary and page, or the comparison of the variants.
+    pub fn report_files(&self) -> [PathBuf; 2] {
+        let names = match self.shown {
+            Shown::Variants(_) => ["compare.json", "compare.html"],
+            _ => ["summary.json", "report.html"],
+        };
+        names.map(|name| self.results.join(name))
+    }
+
     /// The page of the results, if the campaign is complete or compared.
     pub fn page(&self) -> Option<PathBuf> {
         match (&self.shown, &self.incomplete) {

@@ -32,6 +32,16 @@ impl std::str::FromStr for Part {
     }
 }
 
+/// Reads a part of `I/N`, or of `array/N` with the index that a scheduler has set in the environment.
+///
+/// # Errors
+/// If the text is neither, or this process is no task of an array.
+pub fn array_part(text: &str) -> std::result::Result<Part, String> {
+    let Some(count) = text.strip_prefix("array/") else { return text.parse() };
+    let count: Option<u32> = count.parse().ok().filter(|count| *count > 0);
+    Part::of_array(count.ok_or("write array/N with N from 1")?, |name| std::env::var(name).ok())
+}
+
 impl std::fmt::Display for Part {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "{}/{}", self.index + 1, self.count)

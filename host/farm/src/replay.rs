@@ -30,6 +30,17 @@ impl ReplayedRun {
     pub fn is_wrong(&self) -> bool {
         self.is_f64 && !self.differences.is_empty()
     }
+
+    /// Returns the result, each column that differs, and the path of the time history.
+    pub fn text(&self) -> String {
+        let result = match (self.differences.is_empty(), self.is_f64) {
+            (true, _) => "equal, bit for bit",
+            (false, true) => "DIFFERENT from the row, which the same f64 code computed",
+            (false, false) => "the row was computed in f32; the differences to f64 are",
+        };
+        let differences: String = self.differences.iter().map(|line| format!("  {line}\n")).collect();
+        format!("run {}: {result}\n{differences}time history  {}", self.run, self.history.display())
+    }
 }
 
 /// Repeats a run of a results folder in f64 and writes its time history to `out`, or below `replays/`.

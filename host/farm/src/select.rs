@@ -22,6 +22,17 @@ pub struct Selection {
     pub cases: Option<PathBuf>,
 }
 
+impl Selection {
+    /// Results folder of the campaign `id`: `out` or `results/ID`, with a subfolder for a single variant.
+    pub fn results(&self, out: Option<&Path>, id: &str) -> PathBuf {
+        match (out, &self.variant) {
+            (Some(out), Some(variant)) => out.join(variant),
+            (Some(out), None) => out.to_owned(),
+            (None, _) => crate::default_results(&format!("{id}{}", if self.cases.is_some() { "_cases" } else { "" })),
+        }
+    }
+}
+
 /// Loads a campaign file with a selection.
 ///
 /// # Errors

@@ -52,6 +52,18 @@ pub struct SlurmJobs {
     pub tasks: u32,
 }
 
+impl SlurmJobs {
+    /// Returns the job numbers, and the command that shows the progress of `results`.
+    pub fn text(&self, results: &Path) -> String {
+        let Self { array, finish, tasks } = self;
+        let results = results.display();
+        format!(
+            "job {array}: {tasks} tasks make the runs; job {finish} judges them\n\
+             follow it:  softdock status {results}"
+        )
+    }
+}
+
 /// Takes a results folder for a campaign and writes the scripts of its jobs there; submits nothing.
 ///
 /// # Errors

@@ -6,6 +6,7 @@ use crate::finish::Stated;
 use crate::folder::ResultsFolder;
 use crate::manifest::Build;
 use crate::paths::files_below;
+use serde_json::json;
 use softdock_analysis::{Summary, summary_text};
 use std::path::Path;
 
@@ -32,6 +33,35 @@ impl Verification {
             (true, false) => 3,
             (true, true) => 0,
         }
+    }
+
+    /// Returns the result with one line per finding.
+    pub fn text(&self) -> String {
+        let word = match self.exit_code() {
+            0 => "every file is unchanged; summary and page follow from the runs",
+            1 => "DIFFERS from its stated hashes",
+            _ => "the existing files are unchanged; incomplete",
+        };
+        let mut lines = vec![format!("{}  {word}", self.campaign)];
+        for (kind, found) in [("differs", &self.differs), ("missing", &self.missing), ("note", &self.notes)] {
+            lines.extend(found.iter().map(|line| format!("  {kind}  {line}")));
+        }
+        lines.extend(self.results_hash.iter().map(|hash| format!("  results_hash  {hash}")));
+        lines.join("\n")
+    }
+
+    /// Returns the result as JSON.
+    pub fn json(&self) -> serde_json::Value {
+        json!({
+            "campaign": self.campaign, "verified": self.exit_code() == 0, "results_hash": self.results_hash,
+            "differs": self.differs, "missing": self.missing, "unknown": self.notes,
+        })
+    }
+
+    /// Returns the exit code of several folders: a difference outweighs a missing file.
+    pub fn worst_exit_code(all: &[Self]) -> u8 {
+        let codes = || all.iter().map(Self::exit_code);
+        if codes().any(|code| code == 1) { 1 } else { codes().max().unwrap_or(0) }
     }
 }
 

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 /// Result of this crate.
-pub type Result<T> = std::result::Result<T, InputError>;
+pub(crate) type Result<T> = std::result::Result<T, InputError>;
 
 /// A file that cannot be input.
 #[derive(Debug, thiserror::Error)]

@@ -7,7 +7,8 @@ mod error;
 mod file;
 
 pub use depth::{MAX_DEPTH, TooDeep, toml_depth, xml_depth};
-pub use error::{InputError, Result};
+pub use error::InputError;
+pub(crate) use error::Result;
 pub use file::{check_regular, decode_text, open, read, read_text};
 
 /// Largest text file that is written by hand: campaigns, scenarios, facilities, robots, URDF \[bytes\].

@@ -1,4 +1,4 @@
-//! The robots of a facility in their places: between a controller's axes and the part that its robot holds.
+//! The robots of a facility: kinematics between controller axes and the parts that the robots hold.
 
 use crate::signals::{AXES, RAIL};
 use softdock_campaign::Station;
@@ -13,7 +13,7 @@ use softdock_kernels::vector::Pose;
 #[derive(Clone, Debug)]
 pub struct Arms {
     cells: [Cell; 2],
-    /// The model's axes where the controllers say zero.
+    /// Model axes at the controllers' zeros.
     zero: [[f64; AXES]; 2],
     tools: [Pose<f64>; 2],
     /// The rail under robot 1.
@@ -21,34 +21,34 @@ pub struct Arms {
 }
 
 impl Arms {
-    /// The robots of a facility under a scenario's parts.
+    /// Creates the robots of a facility for a scenario's parts.
     ///
     /// # Errors
-    /// The robot (1 or 2) that cannot hold its part at the scenario's start, and why.
+    /// Robot (1 or 2) that cannot hold its part at the scenario's start, and the reason.
     pub fn new(plant: &Plant, station: &Station) -> Result<Self, (usize, Misplaced)> {
         let level = station.joint_level();
         let tools = [station.robots[0].tool, station.robots[1].tool];
-        // The rail is robot 1's.
+        // Only robot 1 has the rail.
         let mut second = station.zero;
         second[RAIL] = 0.0;
         Ok(Self { cells: place(plant, &level)?, zero: [station.zero, second], tools, rail: plant.facility.rail })
     }
 
-    /// Axes, as robot 1 or 2's controller counts them, that hold its part in a motion; and whether they can.
+    /// Returns the controller axes of robot 0 or 1 that hold its part in a motion, and whether the pose is reachable.
     pub fn axes_for(&self, robot: usize, told: &Motion<f64>) -> (Axes, bool) {
         let (axes, reachable) = self.cells[robot].axes_for(told);
         (Axes { position: std::array::from_fn(|i| axes.position[i] - self.zero[robot][i]), ..axes }, reachable)
     }
 
-    /// Axes, as robot 1 or 2's controller counts them, that hold its part in a motion while its rail stands at a place
-    /// \[m\] as well counted: in the posture of the scenario's start. `None` where the rail takes all of the way.
+    /// Returns the controller axes of robot 0 or 1 that hold its part in a motion with its rail at a position \[m\], in
+    /// the posture of the scenario's start. `None` where the rail makes the whole motion.
     pub fn axes_on_rail(&self, robot: usize, told: &Motion<f64>, place: f64) -> Option<[f64; AXES]> {
         let Some(Rail { axis, share }) = self.rail.filter(|_| robot == 0) else {
             return Some(self.axes_for(robot, told).0.position);
         };
         let (along, on_rail) = (axis.dot(told.position), place + self.zero[robot][RAIL]);
-        // The controller of a run leaves its rail a share of the way; asked for another place of the part, it leaves it
-        // this one.
+        // The controller of a run gives its rail a share of the motion; for this other pose of the part, the share is
+        // this.
         let asked = (along - on_rail) / (1.0 - share);
         if !asked.is_finite() {
             return None;
@@ -59,31 +59,31 @@ impl Arms {
         Some(found)
     }
 
-    /// Axes of both robots.
+    /// Returns the axes of both robots.
     pub fn positions_for(&self, told: &Parts<f64>) -> ([[f64; AXES]; 2], bool) {
         let ((a, first), (b, second)) = (self.axes_for(0, &told.a), self.axes_for(1, &told.b));
         ([a.position, b.position], first && second)
     }
 
-    /// Motion of the part that a robot holds, laboratory.
+    /// Returns the motion of a robot's part, laboratory.
     pub fn part_on(&self, robot: usize, position: &[f64; AXES], rate: &[f64; AXES]) -> Motion<f64> {
         self.cells[robot].part_on(&Axes { position: self.in_model(robot, position), rate: *rate })
     }
 
-    /// Motions of both parts.
+    /// Returns the motions of both parts.
     pub fn parts_on(&self, position: &[[f64; AXES]; 2], rate: &[[f64; AXES]; 2]) -> Parts<f64> {
         Parts { a: self.part_on(0, &position[0], &rate[0]), b: self.part_on(1, &position[1], &rate[1]) }
     }
 
-    /// Pose of the controller's tool frame in the robot's base, as the robot itself should report it.
+    /// Returns the pose of the controller's tool frame in the robot's base, as the robot itself should report it.
     pub fn tool_pose(&self, robot: usize, position: &[f64; AXES]) -> Pose<f64> {
         self.cells[robot].flange(&self.in_model(robot, position)).compose(self.tools[robot])
     }
 
-    /// Torques of the joints of a robot at rest, from its weight and a wrench on its part (about the part's origin,
+    /// Returns the joint torques of a robot at rest from its weight and a wrench on its part (about the part's origin,
     /// laboratory axes) \[N m\].
     ///
-    /// The contact's share is that of virtual work: the power of the wrench on the part's motion at unit rate of a joint.
+    /// The contact's share is virtual work: the power of the wrench on the part's motion at unit rate of a joint.
     pub fn torques(&self, robot: usize, position: &[f64; AXES], on_part: Wrench<f64>) -> [f64; RAIL] {
         let weight = self.cells[robot].weight_torques(&self.in_model(robot, position));
         std::array::from_fn(|i| {
@@ -94,7 +94,7 @@ impl Arms {
         })
     }
 
-    /// Limits in the controllers' own angles; the rail's are robot 1's.
+    /// Returns the limits in controller coordinates; the rail is robot 1's.
     pub fn limits(&self, station: &Station) -> [AxisLimits; AXES] {
         std::array::from_fn(|i| {
             let model = station.limits[i];
@@ -102,12 +102,12 @@ impl Arms {
         })
     }
 
-    /// The model's axes where a robot's controller says zero.
+    /// Returns the model axes at a robot's controller zeros.
     pub fn zero(&self, robot: usize) -> [f64; AXES] {
         self.zero[robot]
     }
 
-    /// Axes of a robot in the model's angles, from where its controller counts them.
+    /// Converts controller axes of a robot to model axes.
     pub fn in_model(&self, robot: usize, position: &[f64; AXES]) -> [f64; AXES] {
         std::array::from_fn(|i| position[i] + self.zero[robot][i])
     }

@@ -1,10 +1,10 @@
 //! What the machine makes of a cycle of 1 ms: lateness and round trip of a session, in process and over loopback.
 
 use crate::clock::{Clock, Monotonic};
-use crate::drive::core::{Task, Unprepared};
+use crate::drive::core::{SessionTask, Unprepared};
 use crate::drive::session::Session;
-use crate::emulation::facility::Facility;
-use crate::emulation::in_process::{Bench, links};
+use crate::emulation::facility::EmulatedFacility;
+use crate::emulation::in_process::{InProcessRig, links};
 use crate::emulation::loopback;
 use crate::emulation::server::{self, Sockets};
 use crate::emulation::world::World;
@@ -90,13 +90,13 @@ pub enum Unmeasured {
 /// # Errors
 /// If the run cannot be driven, or the machine has no thread or socket for it.
 pub fn measure(
-    task: &Task,
+    task: &SessionTask,
     key: [u32; 2],
     between: Between,
     seconds: f64,
     realtime: Realtime,
 ) -> Result<Latency, Unmeasured> {
-    let task = Task { station: Arc::new(patient(&task.station)), armed: true, to_start: true, ..task.clone() };
+    let task = SessionTask { station: Arc::new(patient(&task.station)), armed: true, to_start: true, ..task.clone() };
     let thread = thread::Builder::new().name("cycle".to_owned());
     let thread = thread.spawn(move || {
         let mut latency = Latency::new(between, realtime.apply()?);
@@ -126,7 +126,7 @@ pub fn patient(station: &Station) -> Station {
 
 /// One session to its end, or to the end of the measurement.
 fn session(
-    task: &Task,
+    task: &SessionTask,
     key: [u32; 2],
     end: Nanos,
     realtime: Realtime,
@@ -137,7 +137,7 @@ fn session(
     let clock: Rc<dyn Clock> = Rc::new(Monotonic);
     if latency.between == Between::Nothing {
         // Prepared first: what the timer has missed by then counts from the next one on.
-        let bench = Bench::new(world, Rc::clone(&clock), CYCLE);
+        let bench = InProcessRig::new(world, Rc::clone(&clock), CYCLE);
         return cycles(Session::new(task.clone(), links(&bench), None, clock)?, end, latency);
     }
     let (facility, sockets, links) = loopback::rsi(world, CYCLE)?;
@@ -152,7 +152,7 @@ fn session(
 
 /// The facility in a thread of the same rights; gives its lateness.
 fn serve(
-    mut facility: Facility,
+    mut facility: EmulatedFacility,
     mut sockets: Sockets,
     realtime: Realtime,
     stop: Arc<AtomicBool>,

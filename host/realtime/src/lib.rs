@@ -1,9 +1,9 @@
-//! One run on the real robots: the cycle, robot and sensor protocols, safety and the log; and the other side of the
-//! protocols, an emulated facility.
+//! Sessions on real robots: cycle, robot and sensor protocols, safety, log, and an emulated facility behind the same
+//! protocols.
 //!
-//! Data flows one way through a cycle: a robot's packet and the sensor's newest sample come in ([`protocol`] over
-//! [`wire`]), the simulation computer answers with the next set-points, the limits have the last word, the command
-//! goes out, and the log takes all of it.
+//! Data flows one way through a cycle: a robot's packet and the sensor's newest sample arrive ([`protocol`] over
+//! [`wire`]), the simulation computer computes the next set-points, the limiter clamps them, the command is sent, and
+//! the log records all of it.
 
 pub mod arms;
 pub mod clock;

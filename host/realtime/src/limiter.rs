@@ -1,40 +1,40 @@
-//! The last word on a command: position, speed, acceleration and jerk of every axis, cycle by cycle.
+//! Limits commands: position, speed, acceleration and jerk of every axis, cycle by cycle.
 //!
-//! An axis is let go where it is asked to be only if it could still be stopped from there, within its jerk and its
-//! acceleration, before its range ends. Else it makes one step of that stop, which the cycle before has left open. So
-//! no command ever leaves the limits, whatever is asked; differences of sent positions obey them too.
+//! A request passes only if the axis could still stop from there, within its jerk and acceleration, before its range
+//! ends. Otherwise the axis makes one step of that stop, which the previous cycle has ensured to be feasible. No
+//! command leaves the limits, whatever the request; nor do differences of sent positions.
 
 use crate::signals::AXES;
 use softdock_campaign::station::AxisLimits;
 
-/// Relative slack for rounding.
+/// Relative tolerance for rounding.
 const SLACK: f64 = 1e-9;
-/// More cycles than any stop takes.
+/// Greatest number of cycles of a stop.
 const LONGEST_STOP: usize = 20_000;
 
-/// Limits that a request met, one bit per axis in each word.
+/// Limits that clamped a request, one bit per axis in each word.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Cut {
-    /// The request was beyond the range, or could not have been stopped before its end.
+    /// Position: beyond the range, or the axis could not have stopped before its end.
     pub position: u8,
-    /// It was too fast.
+    /// Speed.
     pub speed: u8,
-    /// It sped up or slowed down too much.
+    /// Acceleration.
     pub acceleration: u8,
-    /// It jerked.
+    /// Jerk.
     pub jerk: u8,
-    /// It was no number.
+    /// Not a number.
     pub not_finite: u8,
 }
 
 impl Cut {
-    /// Whether any limit was met.
+    /// Whether any limit clamped the request.
     pub fn any(&self) -> bool {
         *self != Self::default()
     }
 }
 
-/// One axis as it has been sent: position, and the last differences \[1/s, 1/s^2\].
+/// State of one axis as sent: position and its last differences \[1/s, 1/s^2\].
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Sent {
     position: f64,
@@ -43,7 +43,7 @@ struct Sent {
 }
 
 impl Sent {
-    /// After one more cycle with an acceleration.
+    /// Returns the state after one more cycle with an acceleration.
     fn after(self, acceleration: f64, cycle: f64) -> Self {
         let speed = acceleration.mul_add(cycle, self.speed);
         Self { position: speed.mul_add(cycle, self.position), speed, acceleration }
@@ -54,7 +54,7 @@ impl Sent {
     }
 }
 
-/// The limiter of one robot's commands.
+/// Limits the commands of one robot.
 #[derive(Clone, Debug)]
 pub struct Limiter {
     limits: [AxisLimits; AXES],
@@ -63,7 +63,7 @@ pub struct Limiter {
 }
 
 impl Limiter {
-    /// Begins at rest where the robot is; `cycle` \[s\]. An axis that stands outside its range may only come back.
+    /// Creates a limiter at rest at these axes; `cycle` \[s\]. An axis outside its range may only move back.
     pub fn new(limits: [AxisLimits; AXES], cycle: f64, position: [f64; AXES]) -> Self {
         let sent = position.map(|position| Sent { position, speed: 0.0, acceleration: 0.0 });
         let limits = std::array::from_fn(|i| {
@@ -73,22 +73,22 @@ impl Limiter {
         Self { limits, cycle, sent }
     }
 
-    /// Where the axes were sent last.
+    /// Returns the last sent positions.
     pub fn position(&self) -> [f64; AXES] {
         self.sent.map(|sent| sent.position)
     }
 
-    /// Where the axes were sent last is where they stand: the robot has held that set-point.
+    /// Resets to rest at the last sent positions: the robot has held that set-point.
     pub fn rest(&mut self) {
         self.sent = self.sent.map(|sent| Sent { speed: 0.0, acceleration: 0.0, ..sent });
     }
 
-    /// Whether the last commands stand still.
+    /// Whether the last commands are at rest.
     pub fn at_rest(&self) -> bool {
         self.sent.iter().all(Sent::at_rest)
     }
 
-    /// The next command towards a request, and what had to be cut from it.
+    /// Returns the next command towards a request, and the limits that clamped it.
     pub fn approach(&mut self, wanted: &[f64; AXES]) -> ([f64; AXES], Cut) {
         let mut cut = Cut::default();
         for (i, wanted) in wanted.iter().enumerate() {
@@ -101,7 +101,7 @@ impl Limiter {
         (self.position(), cut)
     }
 
-    /// The next command of a controlled stop: every axis to rest within its own limits.
+    /// Returns the next command of a controlled stop: every axis ramps to rest within its own limits.
     pub fn stop(&mut self) -> [f64; AXES] {
         for (sent, limits) in self.sent.iter_mut().zip(&self.limits) {
             *sent = sent.after(braking(limits, self.cycle, *sent), self.cycle);
@@ -111,10 +111,10 @@ impl Limiter {
     }
 }
 
-/// The limits met: position, speed, acceleration, jerk, not a number.
+/// Clamped limits: position, speed, acceleration, jerk, not a number.
 type Met = [bool; 5];
 
-/// One axis towards a request.
+/// Limits one axis towards a request.
 fn toward(limits: &AxisLimits, cycle: f64, sent: Sent, wanted: f64) -> (Sent, Met) {
     if !wanted.is_finite() {
         return (stopped(limits, cycle, sent), [false, false, false, false, true]);
@@ -135,7 +135,7 @@ fn toward(limits: &AxisLimits, cycle: f64, sent: Sent, wanted: f64) -> (Sent, Me
     ];
     let mut next = sent.after(acceleration, cycle);
     if met == [false; 5] {
-        // Unlimited, the request is met to the bit.
+        // Without a limit the request passes bit for bit.
         next.position = wanted;
     }
     if can_stop(limits, cycle, next) {
@@ -145,14 +145,14 @@ fn toward(limits: &AxisLimits, cycle: f64, sent: Sent, wanted: f64) -> (Sent, Me
     (stopped(limits, cycle, sent), met)
 }
 
-/// One step of a stop.
+/// Makes one step of a stop.
 fn stopped(limits: &AxisLimits, cycle: f64, sent: Sent) -> Sent {
     let mut next = sent.after(braking(limits, cycle, sent), cycle);
     settle(&mut next, limits, cycle);
     next
 }
 
-/// Rounding's rest of a speed is none.
+/// A speed within rounding of zero is zero.
 fn settle(sent: &mut Sent, limits: &AxisLimits, cycle: f64) {
     let quantum = limits.jerk * cycle * cycle;
     if sent.speed.abs() <= 1e-6 * quantum && sent.acceleration.abs() <= 1e-3 * limits.jerk * cycle {
@@ -160,10 +160,10 @@ fn settle(sent: &mut Sent, limits: &AxisLimits, cycle: f64) {
     }
 }
 
-/// Acceleration of the next cycle of the fastest stop: brake as hard as the jerk lets go of in time.
+/// Returns the next acceleration of the fastest stop: the hardest braking that the jerk can still release in time.
 ///
-/// Braking with b now and easing off by q = jerk * cycle in every cycle after takes
-/// `cycle ((n + 1) b - q n (n + 1) / 2)` off the speed, n = floor(b / q); solved for b.
+/// Braking with b now and releasing by q = jerk * cycle in every cycle after reduces the speed by `cycle ((n + 1) b - q
+/// n (n + 1) / 2)`, n = floor(b / q); solved for b.
 fn braking(limits: &AxisLimits, cycle: f64, sent: Sent) -> f64 {
     let change = limits.jerk * cycle;
     let side = if sent.speed < 0.0 || (sent.speed == 0.0 && sent.acceleration < 0.0) { -1.0 } else { 1.0 };
@@ -174,7 +174,7 @@ fn braking(limits: &AxisLimits, cycle: f64, sent: Sent) -> f64 {
     wanted.clamp(sent.acceleration - change, sent.acceleration + change)
 }
 
-/// Whether a stop from here stays inside range and speed.
+/// Whether a stop from this state stays inside range and speed.
 fn can_stop(limits: &AxisLimits, cycle: f64, from: Sent) -> bool {
     let inside = |sent: &Sent| {
         let reach = SLACK * (limits.upper - limits.lower).max(1e-3);
@@ -185,7 +185,7 @@ fn can_stop(limits: &AxisLimits, cycle: f64, from: Sent) -> bool {
     if !inside(&from) {
         return false;
     }
-    // Far from every end a bound does: the way of a stop with all its ramps twice over.
+    // Far from every end a bound suffices: twice the stopping distance with all its ramps.
     let top =
         from.speed.abs() + 0.5 * from.acceleration * from.acceleration / limits.jerk + limits.jerk * cycle * cycle;
     let ramp = limits.acceleration / limits.jerk + 4.0 * cycle;
@@ -212,7 +212,7 @@ mod tests {
 
     const LIMITS: AxisLimits = AxisLimits { lower: -1.0, upper: 1.0, speed: 1.0, acceleration: 2.0, jerk: 20.0 };
 
-    /// Numbers that look random enough.
+    /// Pseudo-random numbers.
     struct Dice(u64);
     impl Dice {
         fn unit(&mut self) -> f64 {
@@ -239,7 +239,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_asked_for_leaves_the_limits() {
+    fn limiter_never_exceeds_any_limit() {
         for (seed, cycle) in [(1, 1e-3), (2, 4e-3), (3, 8e-3), (4, 12e-3)] {
             let mut dice = Dice(seed);
             let (mut target, mut wanders) = (0.0, 0.0);
@@ -259,7 +259,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_within_the_limits_passes_to_the_bit() {
+    fn requests_within_limits_pass_bit_for_bit() {
         let cycle = 4e-3;
         let mut limiter = Limiter::new([LIMITS; AXES], cycle, [0.0; AXES]);
         for k in 1..5000 {
@@ -273,7 +273,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stop_comes_to_rest_as_fast_as_its_limits_let_it() {
+    fn stop_is_as_fast_as_the_limits_allow() {
         for cycle in [1e-3, 4e-3, 12e-3] {
             let mut limiter = Limiter::new([LIMITS; AXES], cycle, [-0.9; AXES]);
             while limiter.sent[0].speed < 0.5 {
@@ -284,7 +284,7 @@ mod tests {
                 limiter.stop();
                 cycles += 1;
             }
-            // From full acceleration: ease off (0.1 s, to 0.6 1/s), then 0.1 s of ramps beyond v/a.
+            // From full acceleration: release (0.1 s, to 0.6 1/s), then 0.1 s of ramps beyond v/a.
             let least = 0.1 + (0.6 / 2.0 + 0.1);
             let took = f64::from(cycles) * cycle;
             assert!((took - least).abs() < 6.0 * cycle, "{took} s, {least} s");
@@ -292,7 +292,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_cut_is_named() {
+    fn clamped_limits_are_reported() {
         let mut limiter = Limiter::new([LIMITS; AXES], 4e-3, [0.0; AXES]);
         let mut wanted = [0.0; AXES];
         wanted[2] = f64::NAN;

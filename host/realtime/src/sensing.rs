@@ -1,24 +1,24 @@
-//! From what the sensor reads to the wrench on part A, and back: its frame, the tool that hangs on it, its tare.
+//! Sensor model: conversion between readings and the wrench on part A, with frame, tool weight and tare.
 
 use softdock_campaign::Station;
 use softdock_kernels::space::{Motion, Wrench};
 use softdock_kernels::vector::{Pose, Vec3};
 
-/// Where the sensor stands and what it carries.
+/// Mounting of the sensor, its tool and its tare.
 #[derive(Clone, Copy, Debug)]
 pub struct Sensing {
     /// Its frame in part A's.
     frame: Pose<f64>,
     tool_mass: f64,
     tool_centre: Vec3<f64>,
-    /// Laboratory axes \[m/s^2\].
+    /// Gravity, laboratory axes \[m/s^2\].
     gravity: Vec3<f64>,
-    /// What it reads without weight and contact; found by taring.
+    /// Reading without weight and contact, found by taring.
     pub tare: Wrench<f64>,
 }
 
 impl Sensing {
-    /// The sensor of a facility, not tared yet.
+    /// Creates the untared sensor of a facility.
     pub fn new(station: &Station) -> Self {
         let sensor = station.sensor;
         let gravity = station.robots[0].mount.base.attitude.rotate(station.model.gravity);
@@ -31,14 +31,14 @@ impl Sensing {
         }
     }
 
-    /// Wrench on part A about its origin, in its axes, from a reading; the tool's weight taken off.
+    /// Returns the wrench on part A about its origin, in its axes, from a reading, without the tool's weight.
     pub fn on_part(&self, reading: Wrench<f64>, a: &Motion<f64>) -> Wrench<f64> {
         let net = reading - self.tare - self.weight(a);
         let force = self.frame.attitude.rotate(net.force);
         Wrench { force, moment: self.frame.attitude.rotate(net.moment) + self.frame.position.cross(force) }
     }
 
-    /// What a sensor without bias reads under a wrench on part A.
+    /// Returns the reading of an unbiased sensor under a wrench on part A.
     pub fn reading(&self, on_part: Wrench<f64>, a: &Motion<f64>) -> Wrench<f64> {
         let moment = on_part.moment - self.frame.position.cross(on_part.force);
         let net = Wrench {
@@ -48,7 +48,7 @@ impl Sensing {
         net + self.weight(a)
     }
 
-    /// Weight of the tool in the sensor's axes.
+    /// Returns the weight of the tool in the sensor's axes.
     pub fn weight(&self, a: &Motion<f64>) -> Wrench<f64> {
         let attitude = a.attitude.compose(self.frame.attitude);
         let force = attitude.rotate_back(self.gravity * self.tool_mass);

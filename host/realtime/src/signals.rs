@@ -1,35 +1,35 @@
-//! What crosses a facility's links, whatever the protocol: joint positions, torques and wrenches in SI units.
+//! Signals on a facility's links, independent of the protocol: joint positions, torques and wrenches in SI units.
 //!
-//! Everything here is `Copy`: the cycle allocates nothing.
+//! All types are `Copy`: the cycle allocates nothing.
 
 use crate::time::Nanos;
 use softdock_kernels::space::Wrench;
 use softdock_kernels::vector::Pose;
 
-/// Axes of a robot: six joints and, last, the rail under it (0 where there is none).
+/// Axes of a robot: six joints and, last, its rail (0 without one).
 pub const AXES: usize = 7;
-/// The rail among the axes; metres and newtons there.
+/// Index of the rail among the axes; its units are metres and newtons.
 pub const RAIL: usize = 6;
 
-/// Largest joint angle that is believed or sent \[rad\]: four turns, more than any industrial robot's endless axis shows.
+/// Greatest joint angle that is accepted or sent \[rad\]: four turns, more than any industrial robot's endless axis.
 pub const MAX_JOINT: f64 = 8.0 * std::f64::consts::PI;
-/// Largest rail position that is believed or sent \[m\].
+/// Greatest rail position that is accepted or sent \[m\].
 pub const MAX_RAIL: f64 = 100.0;
-/// Largest torque \[N m\] or force \[N\] that is believed.
+/// Greatest torque \[N m\] or force \[N\] that is accepted.
 pub const MAX_EFFORT: f64 = 1e6;
 
-/// Whether axes are finite and no further than any robot's: a guard against garbage, far outside the limits of a cell.
+/// Whether axes are finite and within these bounds: rejects corrupt data, far outside the limits of a cell.
 pub fn plausible(position: &[f64; AXES]) -> bool {
-    // Written so that NaN is refused.
+    // This form refuses NaN.
     position[..RAIL].iter().all(|joint| joint.abs() <= MAX_JOINT) && position[RAIL].abs() <= MAX_RAIL
 }
 
-/// What a robot can be asked for and tells.
+/// Capabilities of a robot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Capabilities {
     /// Period of its commands.
     pub cycle: Nanos,
-    /// It gives the beat: each of its packets wants one answer within its cycle.
+    /// It is the clock master: each of its packets needs one answer within its cycle.
     pub master: bool,
     /// It has a rail.
     pub rail: bool,
@@ -42,48 +42,48 @@ pub struct Capabilities {
 /// A robot's report of one cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RobotState {
-    /// Its own time: IPOC of RSI, the time stamp of FANUC and EGM, the distributed clock of EtherCAT.
+    /// Robot time: IPOC of RSI, the time stamp of FANUC and EGM, the distributed clock of EtherCAT.
     pub stamp: Nanos,
-    /// When it arrived, on our clock.
+    /// Arrival on our clock.
     pub received: Nanos,
     /// Measured axes: joints \[rad\], rail \[m\].
     pub position: [f64; AXES],
-    /// The set-points that it follows, if it tells them: joints \[rad\], rail \[m\].
+    /// Set-points, if reported: joints \[rad\], rail \[m\].
     pub asked: Option<[f64; AXES]>,
-    /// Torques of the joints \[N m\] and force of the rail \[N\], if it tells them.
+    /// Torques of the joints \[N m\] and force of the rail \[N\], if reported.
     pub torque: Option<[f64; AXES]>,
-    /// Pose of its tool in its base, if it tells it \[m\].
+    /// Pose of its tool in its base, if reported \[m\].
     pub pose: Option<Pose<f64>>,
-    /// Answers of ours that it counts as late or missing.
+    /// Answers of ours that it reports as late or missing.
     pub late_answers: u32,
     /// It follows commands: drives on, no fault, no stop.
     pub ready: bool,
 }
 
-/// What a robot is told for a cycle.
+/// Command of a robot for a cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Order {
-    /// Ask for no motion: corrections of zero, targets where the axes are, drives not enabled. What a dry run sends.
+    /// No motion: corrections of zero, targets at the present axes, drives not enabled. Dry runs send this.
     Hold,
-    /// Be there at the end of the cycle: joints \[rad\], rail \[m\].
+    /// Position at the end of the cycle: joints \[rad\], rail \[m\].
     Move([f64; AXES]),
-    /// Stay there and end the session by the protocol's own controlled end.
+    /// Hold and end the session by the protocol's own controlled end.
     End([f64; AXES]),
 }
 
 impl RobotState {
-    /// Where its controller holds it, or where it stands if it does not tell that: joints \[rad\], rail \[m\].
+    /// Returns the set-point, or the measured axes if none is reported: joints \[rad\], rail \[m\].
     pub fn set_point(&self) -> [f64; AXES] {
         self.asked.unwrap_or(self.position)
     }
 }
 
-/// The tolerance of an axis: a joint's \[rad\] or the rail's \[m\].
+/// Returns the tolerance of an axis: a joint's \[rad\] or the rail's \[m\].
 pub(crate) fn of_axis([joint, rail]: [f64; 2], axis: usize) -> f64 {
     if axis == RAIL { rail } else { joint }
 }
 
-/// An axis as users call it.
+/// Returns the name of an axis for users.
 pub fn axis_name(axis: usize) -> String {
     if axis == RAIL { "rail".to_owned() } else { format!("axis {}", axis + 1) }
 }
@@ -91,28 +91,28 @@ pub fn axis_name(axis: usize) -> String {
 /// A sample of the force/torque sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ForceSample {
-    /// When it arrived, on our clock.
+    /// Arrival on our clock.
     pub received: Nanos,
-    /// The sensor's own count of samples.
+    /// The sensor's sample counter.
     pub sequence: u32,
     /// Force \[N\] and moment \[N m\] in the sensor's axes, about its origin, as measured.
     pub wrench: Wrench<f64>,
-    /// Of all samples since the last look, the one whose force is farthest from the one before them.
+    /// The sample since the last read whose force changed most from its predecessor.
     pub peak: Wrench<f64>,
-    /// The sensor says that this is beyond its range.
+    /// The sensor reports saturation.
     pub saturated: bool,
-    /// The sensor says that this may not be used (any other error).
+    /// The sensor reports that this sample is not usable (any other error).
     pub invalid: bool,
 }
 
 impl ForceSample {
-    /// A good sample that stands for itself alone.
+    /// Creates a valid single sample.
     pub fn new(received: Nanos, sequence: u32, wrench: Wrench<f64>) -> Self {
         Self { received, sequence, wrench, peak: wrench, saturated: false, invalid: false }
     }
 }
 
-/// The sample since the last look whose force is farthest from what that look saw.
+/// Keeps the sample since the last read whose force is farthest from that of the last read.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Peak {
     looked: Option<Wrench<f64>>,
@@ -120,7 +120,7 @@ pub(crate) struct Peak {
 }
 
 impl Peak {
-    /// One more sample.
+    /// Takes one more sample.
     pub(crate) fn see(&mut self, sample: Wrench<f64>) {
         let away = |from: Wrench<f64>, wrench: Wrench<f64>| (wrench.force - from.force).norm();
         let nearer = |from, farthest| away(from, sample) < away(from, farthest);
@@ -129,42 +129,42 @@ impl Peak {
         }
     }
 
-    /// A look, whose newest sample this is; gives the farthest one.
+    /// Reads with this newest sample; returns the farthest one.
     pub(crate) fn look(&mut self, newest: Wrench<f64>) -> Wrench<f64> {
         self.looked = Some(newest);
         self.farthest.take().unwrap_or(newest)
     }
 }
 
-/// What a link has seen since it was opened.
+/// Counters of a link since it was opened.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LinkCounters {
     /// Datagrams taken.
     pub received: u64,
-    /// Datagrams that never came, by the sender's own count.
+    /// Lost datagrams, by the sender's own count.
     pub lost: u64,
-    /// Datagrams that came after a newer one, or twice: not used.
+    /// Datagrams after a newer one, or repeated: not used.
     pub stale: u64,
-    /// Datagrams that could not be read.
+    /// Malformed datagrams.
     pub malformed: u64,
-    /// Datagrams of somebody else.
+    /// Datagrams from other hosts.
     pub foreign: u64,
-    /// Reports that a newer one had overtaken before anybody looked at them: not answered.
+    /// Reports replaced by a newer one before they were read: not answered.
     pub overtaken: u64,
     /// Answers not sent, because their cycle was over.
     pub unsent: u64,
 }
 
-/// Why a link cannot go on.
+/// Fault that ends a link.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum LinkFault {
-    /// The operating system refuses.
+    /// The operating system reports an error.
     #[error("the network interface failed: {0:?}")]
     Io(std::io::ErrorKind),
     /// The other side has ended the session or reports a fault.
     #[error("the other side has stopped: {0}")]
     Stopped(&'static str),
-    /// The other side is not what was configured.
+    /// The other side does not match the configuration.
     #[error("the other side does not match its configuration: {0}")]
     Mismatch(&'static str),
     /// The protocol cannot express the command.
@@ -178,15 +178,15 @@ impl From<std::io::Error> for LinkFault {
     }
 }
 
-/// A robot, whatever its protocol; also an emulated one.
-pub trait Robot {
-    /// What it can do.
+/// A link to a robot, real or emulated, of any protocol.
+pub trait RobotLink {
+    /// Returns the capabilities.
     fn capabilities(&self) -> Capabilities;
 
-    /// Its newest report, waiting for one until `deadline` on the clock of its port; `None` if none came.
+    /// Returns the newest report, waiting for one until `deadline` on the clock of its port; `None` if none arrived.
     ///
     /// # Errors
-    /// If the link cannot go on. A lost, late, foreign or malformed datagram is no error, but counted.
+    /// If the link has failed. A lost, late, foreign or malformed datagram is counted and is no error.
     fn receive(&mut self, deadline: Nanos) -> Result<Option<RobotState>, LinkFault>;
 
     /// Answers the last report; nothing is sent when that report's cycle is over, but counted.
@@ -217,7 +217,7 @@ pub trait ForceSensor {
 /// Both robots and the sensor.
 pub struct Links {
     /// Robots 1 and 2.
-    pub robots: [Box<dyn Robot>; 2],
+    pub robots: [Box<dyn RobotLink>; 2],
     /// The sensor.
     pub sensor: Box<dyn ForceSensor>,
 }

@@ -6,14 +6,14 @@ use softdock_realtime::protocol::egm::controller::{EgmController, EgmSettings};
 use softdock_realtime::protocol::egm::driver::EgmRobot;
 use softdock_realtime::protocol::fanuc::controller::FanucController;
 use softdock_realtime::protocol::fanuc::driver::FanucRobot;
-use softdock_realtime::protocol::netft::calibration::Calibration;
+use softdock_realtime::protocol::netft::calibration::NetFtCalibration;
 use softdock_realtime::protocol::netft::driver::{NetFt, NetFtSettings, OnSilence};
 use softdock_realtime::protocol::netft::sensor_box::NetBox;
 use softdock_realtime::protocol::rsi::controller::{Krc, KrcSettings};
 use softdock_realtime::protocol::rsi::driver::RsiRobot;
 use softdock_realtime::protocol::rsi::tags::{Correction, TagMap};
-use softdock_realtime::protocol::{Controller, SensorBox};
-use softdock_realtime::signals::{AXES, ForceSample, ForceSensor, Order, Robot, RobotState};
+use softdock_realtime::protocol::{EmulatedController, SensorBox};
+use softdock_realtime::signals::{AXES, ForceSample, ForceSensor, Order, RobotLink, RobotState};
 use softdock_realtime::time::Nanos;
 use softdock_realtime::wire::{MAX_DATAGRAM, Port, udp::UdpPort};
 use std::net::SocketAddr;
@@ -44,7 +44,7 @@ fn take_all(port: &mut UdpPort, mut take: impl FnMut(&mut UdpPort, SocketAddr, &
 }
 
 /// Runs cycles of a robot with the controller that sits at `port`.
-fn run(robot: &mut impl Robot, controller: &mut impl Controller, port: &mut UdpPort) {
+fn run(robot: &mut impl RobotLink, controller: &mut impl EmulatedController, port: &mut UdpPort) {
     let state = RobotState {
         stamp: Nanos(0),
         received: Nanos(0),
@@ -64,8 +64,8 @@ fn run(robot: &mut impl Robot, controller: &mut impl Controller, port: &mut UdpP
 
 /// A cycle of both; whether the robot has heard of it.
 fn run_cycle(
-    robot: &mut impl Robot,
-    controller: &mut impl Controller,
+    robot: &mut impl RobotLink,
+    controller: &mut impl EmulatedController,
     port: &mut UdpPort,
     state: &RobotState,
     cycle: usize,
@@ -108,7 +108,7 @@ fn robots() {
 #[test]
 fn force_sensor() {
     let ((ours, _), (mut theirs, address)) = (bind(), bind());
-    let calibration = Calibration::new(1e6, 1e6).unwrap();
+    let calibration = NetFtCalibration::new(1e6, 1e6).unwrap();
     let period = Nanos::from_millis(1);
     let mut sensor = NetBox::new(calibration.clone(), period);
     let settings = NetFtSettings { on_silence: OnSilence::Request, ..NetFtSettings::new(address, calibration, period) };

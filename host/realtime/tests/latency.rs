@@ -3,7 +3,7 @@
 use softdock_campaign::{Campaign, Station};
 use softdock_kernels::philox;
 use softdock_kernels::plant::Plant;
-use softdock_realtime::drive::core::Task;
+use softdock_realtime::drive::core::SessionTask;
 use softdock_realtime::latency::{Between, Latency, measure};
 use softdock_realtime::process::Realtime;
 use std::path::PathBuf;
@@ -20,7 +20,7 @@ fn measured(between: Between, seconds: f64, realtime: Realtime) -> Latency {
     let run = 1244;
     let params = campaign.draw(run).params;
     let plant = Arc::new(Plant::new(campaign.scenario.model.clone()));
-    let task = Task { armed: true, ..Task::new(plant, Arc::new(station), run, params) };
+    let task = SessionTask { armed: true, ..SessionTask::new(plant, Arc::new(station), run, params) };
     measure(&task, philox::key(campaign.seed), between, seconds, realtime).expect("a measurement")
 }
 

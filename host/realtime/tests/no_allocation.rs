@@ -3,7 +3,7 @@
 use assert_no_alloc::{AllocDisabler, assert_no_alloc};
 use softdock_realtime::drive::feed::feed;
 use softdock_realtime::log::codes::StopCause;
-use softdock_realtime::log::evidence::Evidence;
+use softdock_realtime::log::evidence::EvidenceBuffer;
 use softdock_realtime::log::mcap::Setup;
 use softdock_realtime::log::record::CycleRecord;
 use softdock_realtime::log::table::Logged;
@@ -18,7 +18,7 @@ static ALLOCATOR: AllocDisabler = AllocDisabler;
 fn handing_on_a_record_allocates_nothing() {
     let folder = tempfile::tempdir().expect("a folder");
     let mut log = LogWriter::create(&folder.path().join("drive.mcap"), &Setup::default()).expect("a log");
-    let mut evidence = Evidence::new(Nanos::from_millis(2_000), Nanos::from_millis(1));
+    let mut evidence = EvidenceBuffer::new(Nanos::from_millis(2_000), Nanos::from_millis(1));
     let (mut feed, samples) = feed();
     let mut over = 0;
     for cycle in 0..20_000 {

@@ -7,9 +7,9 @@ use softdock_kernels::philox;
 use softdock_kernels::plant::Plant;
 use softdock_kernels::space::Wrench;
 use softdock_realtime::clock::{Monotonic, Virtual};
-use softdock_realtime::drive::core::Task;
+use softdock_realtime::drive::core::SessionTask;
 use softdock_realtime::drive::session::Session;
-use softdock_realtime::emulation::in_process::{Bench, links};
+use softdock_realtime::emulation::in_process::{InProcessRig, links};
 use softdock_realtime::emulation::loopback;
 use softdock_realtime::emulation::server::serve;
 use softdock_realtime::emulation::world::World;
@@ -32,7 +32,7 @@ fn shipped(file: &str) -> PathBuf {
 }
 
 /// Run 1244 of `probe_drogue`, which docks, and its facility.
-fn docking() -> (Task, World) {
+fn docking() -> (SessionTask, World) {
     let campaign: Campaign = softdock_campaign::load(&shipped("probe_drogue.toml")).expect("a shipped campaign");
     // A busy machine is late; that may end a drive, but not this test.
     let mut station = patient(&Station::load(&shipped("facilities/reference.toml")).expect("the shipped facility"));
@@ -45,7 +45,7 @@ fn docking() -> (Task, World) {
     let (run, key) = (1244, philox::key(campaign.seed));
     let params = campaign.draw(run).params;
     let world = World::new(&plant, &station, key, run, &params, Wrench::zero()).expect("in reach");
-    (Task { armed: true, ..Task::new(plant, Arc::new(station), run, params) }, world)
+    (SessionTask { armed: true, ..SessionTask::new(plant, Arc::new(station), run, params) }, world)
 }
 
 /// Cycles of a session to its end, every one of them without the heap; the phases met.
@@ -71,7 +71,7 @@ fn assert_docked(session: &Session, met: &[Phase]) {
 fn in_process() {
     let (task, world) = docking();
     let clock = Rc::new(Virtual::default());
-    let bench = Bench::new(world, clock.clone(), Nanos::from_millis(1));
+    let bench = InProcessRig::new(world, clock.clone(), Nanos::from_millis(1));
     let mut session = Session::new(task, links(&bench), None, clock).expect("prepared");
     session.go();
     let met = drive(&mut session);

@@ -3,7 +3,7 @@
 use crate::error::Result;
 use softdock_campaign::Station;
 use softdock_realtime::clock::{Clock, Monotonic, Virtual};
-use softdock_realtime::emulation::in_process::{Bench, links};
+use softdock_realtime::emulation::in_process::{InProcessRig, links};
 use softdock_realtime::emulation::world::World;
 use softdock_realtime::links::{CheckedAddress, LinkContext, LinkNotice, Reporter};
 use softdock_realtime::signals::Links;
@@ -84,18 +84,18 @@ impl FacilityAddresses {
     ) -> Result<OpenedLinks> {
         let cycle = self.cycle()?;
         if !self.any_real() {
-            let bench = Bench::new(world()?, clock, cycle);
+            let bench = InProcessRig::new(world()?, clock, cycle);
             let moved = self.linked(&LinkContext { armed, station, bench: Some(&bench), report })?;
             return Ok(OpenedLinks { moved, exercised: None });
         }
         let any_emulated = self.all.iter().any(|address| !address.is_real());
-        let bench: Option<Rc<RefCell<Bench>>> =
-            if any_emulated { Some(Bench::new(world()?, Rc::new(Monotonic), cycle)) } else { None };
+        let bench: Option<Rc<RefCell<InProcessRig>>> =
+            if any_emulated { Some(InProcessRig::new(world()?, Rc::new(Monotonic), cycle)) } else { None };
         let real = self.linked(&LinkContext { armed, station, bench: bench.as_ref(), report })?;
         if armed {
             return Ok(OpenedLinks { moved: real, exercised: None });
         }
-        let shadow = Bench::new(world()?, Rc::new(Virtual::default()), cycle);
+        let shadow = InProcessRig::new(world()?, Rc::new(Virtual::default()), cycle);
         Ok(OpenedLinks { moved: links(&shadow), exercised: Some(real) })
     }
 

@@ -31,6 +31,15 @@ pub enum SessionOutcome {
 }
 
 impl SessionOutcome {
+    /// Exit code of a command: 0 passed, 1 failed, 3 not completed or refused.
+    pub fn exit_code(self) -> u8 {
+        match self {
+            Self::Pass | Self::Checked => 0,
+            Self::Fail => 1,
+            Self::NotCompleted | Self::Refused => 3,
+        }
+    }
+
     /// The word in `drive.json`.
     pub fn word(self) -> &'static str {
         match self {

@@ -13,15 +13,15 @@ use softdock_kernels::plant::Plant;
 use softdock_kernels::space::Wrench;
 use softdock_kernels::vector::vec3;
 use softdock_realtime::clock::{Clock, Monotonic};
-use softdock_realtime::emulation::facility::Facility;
+use softdock_realtime::emulation::facility::EmulatedFacility;
 use softdock_realtime::emulation::server::{Sockets, serve};
 use softdock_realtime::emulation::world::World;
 use softdock_realtime::histogram::Histogram;
 use softdock_realtime::links::{CheckedAddress, EmulatedEnd, LinkNotice, unreached_port};
 use softdock_realtime::process::Warning;
-use softdock_realtime::protocol::netft::calibration::Calibration;
+use softdock_realtime::protocol::netft::calibration::NetFtCalibration;
 use softdock_realtime::protocol::netft::sensor_box::NetBox;
-use softdock_realtime::protocol::{Controller, Outbox, SensorBox};
+use softdock_realtime::protocol::{EmulatedController, Outbox, SensorBox};
 use softdock_realtime::signals::{AXES, RobotState};
 use softdock_realtime::time::Nanos;
 use std::any::Any;
@@ -148,7 +148,7 @@ struct Source {
 /// An emulated facility whose ports are open.
 pub struct FacilityEmulator {
     source: Source,
-    facility: Facility,
+    facility: EmulatedFacility,
     sockets: Sockets,
     over: Arc<AtomicU32>,
     begin: Nanos,
@@ -164,7 +164,7 @@ impl FacilityEmulator {
     pub fn open(options: &EmulationOptions, report: &dyn Fn(EmulationNotice)) -> Result<Self> {
         let source = Source::read(options)?;
         let report = |notice| report(EmulationNotice::Link(notice));
-        let robot = |index: usize| -> Result<EmulatedEnd<dyn Controller>> {
+        let robot = |index: usize| -> Result<EmulatedEnd<dyn EmulatedController>> {
             match &options.robots[index] {
                 Some(text) => {
                     let rail = source.station.rail && index == 0;
@@ -180,7 +180,7 @@ impl FacilityEmulator {
             SessionError::refused(format!("robot {robot} cannot hold its part ({why:?})"), "move its base")
         })?;
         let begin = Monotonic.now();
-        let mut facility = Facility::new(world, [one.device, two.device], sensor.device, begin, PHASE);
+        let mut facility = EmulatedFacility::new(world, [one.device, two.device], sensor.device, begin, PHASE);
         let over = if options.once { Arc::default() } else { facility.renew_sessions(PAUSE) };
         let sockets = Sockets { ports: [one.port, two.port, sensor.port] };
         let servers = [one.server, two.server, sensor.server].into_iter().flatten().collect();
@@ -259,7 +259,8 @@ fn sensor(address: Option<&str>) -> Result<EmulatedEnd<dyn SensorBox>> {
     match address {
         Some(text) => Ok(CheckedAddress::emulated_sensor(text)?.emulate_sensor()?),
         None => {
-            let calibration = Calibration::new(COUNTS, COUNTS).map_err(softdock_realtime::links::LinkError::from)?;
+            let calibration =
+                NetFtCalibration::new(COUNTS, COUNTS).map_err(softdock_realtime::links::LinkError::from)?;
             let device = Box::new(NetBox::new(calibration, Nanos::from_millis(1)));
             Ok(EmulatedEnd { device, port: unreached_port()?, server: None })
         }
@@ -282,7 +283,7 @@ fn report_sessions(over: &AtomicU32, stop: &AtomicBool, report: &dyn Fn(Emulatio
 /// The controller of a robot without an address: the robot stands.
 struct Idle([f64; AXES]);
 
-impl Controller for Idle {
+impl EmulatedController for Idle {
     fn cycle(&self) -> Nanos {
         Nanos::from_millis(4)
     }

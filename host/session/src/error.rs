@@ -9,7 +9,7 @@ use std::fmt::Display;
 use std::io;
 
 /// Result of this crate.
-pub type Result<T> = std::result::Result<T, SessionError>;
+pub(crate) type Result<T> = std::result::Result<T, SessionError>;
 
 /// What can go wrong with a session.
 #[derive(Debug, thiserror::Error)]

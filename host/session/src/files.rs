@@ -8,12 +8,12 @@ use serde_json::json;
 use softdock_kernels::fields::{fields, to_vec};
 use softdock_kernels::params::Params;
 use softdock_realtime::drive::core::Unprepared;
-use softdock_realtime::log::evidence::{Circumstances, Evidence};
+use softdock_realtime::log::evidence::{Circumstances, EvidenceBuffer};
 use softdock_realtime::log::export::{Cells, cells};
 use softdock_realtime::log::mcap::{Attachment, Setup};
 use softdock_realtime::log::reader::read_log;
 use softdock_realtime::log::record::CycleRecord;
-use softdock_realtime::log::scene::Scene;
+use softdock_realtime::log::scene::LoggedScene;
 use softdock_realtime::log::topics::default_names;
 use softdock_results::Values;
 use softdock_results::drive_log::{signal, write_drive_log};
@@ -65,7 +65,7 @@ pub(crate) fn log_setup(plan: &SessionPlan) -> Result<Setup> {
     }
     provenance.extend(options.model.iter().map(|model| ("model".to_owned(), model.display().to_string())));
     let axis_names = default_names();
-    let scene = Scene::new(&task.plant, &task.station, &axis_names).map_err(Unprepared::from)?;
+    let scene = LoggedScene::new(&task.plant, &task.station, &axis_names).map_err(Unprepared::from)?;
     Ok(Setup {
         started,
         scene: Some(scene),
@@ -80,7 +80,7 @@ pub(crate) fn log_setup(plan: &SessionPlan) -> Result<Setup> {
 }
 
 /// Writes the last seconds of all signals.
-pub(crate) fn write_evidence(plan: &SessionPlan, ended: &EndedSession, evidence: Evidence) -> Result<()> {
+pub(crate) fn write_evidence(plan: &SessionPlan, ended: &EndedSession, evidence: EvidenceBuffer) -> Result<()> {
     let remarks = ended.refusal.map(|refusal| refusal.to_string()).or_else(|| ended.stop_text(plan));
     let circumstances = Circumstances {
         limits: plan.limits_text(),

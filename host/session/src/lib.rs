@@ -21,5 +21,6 @@ pub mod rehearsal;
 pub mod replay;
 pub mod rights;
 pub mod run;
+pub mod terminal_text;
 
-pub use error::{Result, SessionError};
+pub use error::SessionError;

@@ -14,7 +14,7 @@ use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
 use serde_json::{Value, json};
 use softdock_campaign::rules;
-use softdock_realtime::drive::checklist::{Answer, Check};
+use softdock_realtime::drive::checklist::{Check, CheckOutcome};
 use softdock_realtime::drive::controls::Controls;
 use softdock_realtime::log::codes::{Phase, StopCause};
 use softdock_realtime::signals::{AXES, axis_name};
@@ -255,7 +255,7 @@ fn check(check: &Check) -> Value {
     json!({
         "id": row.id, "subject": check.subject(), "title": row.title, "answer": answer.word(),
         "value": check.value_text(), "limit": check.limit_text(),
-        "remedy": if answer == Answer::Failed { row.remedy } else { "" },
+        "remedy": if answer == CheckOutcome::Failed { row.remedy } else { "" },
     })
 }
 

@@ -8,8 +8,8 @@ use softdock_campaign::station::AxisLimits;
 use softdock_campaign::{Campaign, Scenario, Station, rules};
 use softdock_kernels::params::Params;
 use softdock_kernels::plant::Plant;
-use softdock_realtime::drive::core::Task;
-use softdock_realtime::links::check_arming;
+use softdock_realtime::drive::core::SessionTask;
+use softdock_realtime::links::{LinkNotice, check_arming};
 use softdock_realtime::time::Nanos;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -27,6 +27,17 @@ pub enum SessionMode {
     Armed,
 }
 
+impl SessionMode {
+    /// Returns the mode of a request; checks alone move nothing, even if the robots may move.
+    pub fn new(check_only: bool, armed: bool) -> Self {
+        match (check_only, armed) {
+            (true, _) => Self::CheckOnly,
+            (false, true) => Self::Armed,
+            (false, false) => Self::DryRun,
+        }
+    }
+}
+
 /// The run of a campaign that is asked for.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum RunChoice {
@@ -34,6 +45,15 @@ pub enum RunChoice {
     Number(u64),
     /// The run that an experiment file names.
     Experiment(PathBuf),
+}
+
+/// Reads a retraction distance in millimetres, 1 to 500; returns metres.
+///
+/// # Errors
+/// If the text is no such number.
+pub fn parse_retraction(text: &str) -> std::result::Result<f64, String> {
+    let distance: f64 = text.parse().map_err(|_| "write a number of millimetres, 1 to 500".to_owned())?;
+    if (1.0..=500.0).contains(&distance) { Ok(1e-3 * distance) } else { Err("write 1 to 500 millimetres".to_owned()) }
 }
 
 /// What is asked of a session.
@@ -76,7 +96,7 @@ pub struct SessionPlan {
     /// What was asked for.
     pub(crate) options: SessionOptions,
     pub(crate) campaign: Campaign,
-    pub(crate) task: Task,
+    pub(crate) task: SessionTask,
     /// The facility that stands in for a real one.
     pub(crate) emulated: (Arc<Plant>, Params<f64>),
     pub(crate) addresses: FacilityAddresses,
@@ -107,13 +127,13 @@ impl SessionPlan {
             return Err(SessionError::refused("virtual time is for emulated robots alone", remedy));
         }
         let plant = Arc::new(Plant::new(campaign.scenario.model.clone()));
-        let task = Task {
+        let task = SessionTask {
             armed,
             // Emulated robots need nobody's leave to move to the start.
             to_start: options.to_start || !any_real || !armed,
             check_only: options.mode == SessionMode::CheckOnly,
             retract: options.retract,
-            ..Task::new(plant, Arc::new(station), run, campaign.draw(run).params)
+            ..SessionTask::new(plant, Arc::new(station), run, campaign.draw(run).params)
         };
         if options.effects.is_some() && any_real {
             let remedy = "give them to `softdock emulate`";
@@ -134,7 +154,7 @@ impl SessionPlan {
     }
 
     /// What is driven, and where.
-    pub fn task(&self) -> &Task {
+    pub fn task(&self) -> &SessionTask {
         &self.task
     }
 
@@ -148,9 +168,29 @@ impl SessionPlan {
         &self.out
     }
 
-    /// Repeats that the experiment file asks for, if one was named.
-    pub fn repeats(&self) -> Option<u64> {
-        self.repeats
+    /// Returns a warning if this repeat is beyond the number that the experiment file requests.
+    pub fn repeat_warning(&self) -> Option<String> {
+        let (repeats, repeat) = (self.repeats?, self.options.repeat);
+        (repeat > repeats).then(|| format!("the experiment requests {repeats} repeats, and this is number {repeat}"))
+    }
+
+    /// Writes the configuration files that the robots' controllers need for these addresses into `folder`; returns
+    /// their paths.
+    ///
+    /// # Errors
+    /// If no robot has such a file, an address lacks a field of the file, or a file cannot be written.
+    pub fn write_configurations(&self, folder: &Path, report: &dyn Fn(LinkNotice)) -> Result<Vec<PathBuf>> {
+        let files = self.addresses.configurations(&self.task.station, report)?;
+        if files.is_empty() {
+            let remedy = "write --robot1 rsi://ADDRESS:PORT with this machine's address";
+            return Err(SessionError::refused("none of the robots uses RSI", remedy));
+        }
+        std::fs::create_dir_all(folder)?;
+        let write = |(name, text): (String, String)| -> Result<PathBuf> {
+            std::fs::write(folder.join(&name), text)?;
+            Ok(folder.join(name))
+        };
+        files.into_iter().map(write).collect()
     }
 
     /// Checks that the results folder holds no log: a log is never overwritten.

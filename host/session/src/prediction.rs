@@ -10,8 +10,8 @@ use softdock_campaign::criteria::succeeds;
 use softdock_kernels::fields::{fields, to_vec};
 use softdock_kernels::metrics::Metrics;
 use softdock_kernels::philox;
-use softdock_realtime::drive::core::Task;
-use softdock_realtime::drive::prediction::{Expected, expect};
+use softdock_realtime::drive::core::SessionTask;
+use softdock_realtime::drive::prediction::{PredictedRun, expect};
 use softdock_realtime::log::codes::StopCause;
 
 /// Metrics that a facility does not measure, or that have no meaning for a single run.
@@ -105,6 +105,6 @@ impl SessionPlan {
 }
 
 /// Whether a predicted run is completed and meets every criterion of the task.
-fn passes(task: &Task, predicted: &Expected) -> bool {
+fn passes(task: &SessionTask, predicted: &PredictedRun) -> bool {
     predicted.last.cause == StopCause::Completed && succeeds(&task.plant.task, &predicted.metrics)
 }

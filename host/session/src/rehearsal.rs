@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use softdock_campaign::{Campaign, Station};
 use softdock_kernels::philox;
 use softdock_kernels::plant::Plant;
-use softdock_realtime::drive::core::Task;
+use softdock_realtime::drive::core::SessionTask;
 use softdock_realtime::drive::prediction::rehearse;
 use softdock_realtime::log::codes::StopCause;
 use softdock_realtime::time::Nanos;
@@ -40,7 +40,7 @@ pub fn rehearse_runs(campaign: &Campaign, facility: &Path, folder: &Path) -> Res
         .into_par_iter()
         .map(|run| {
             let params = campaign.draw(run).params;
-            let task = Task::new(Arc::clone(&plant), Arc::clone(&station), run, params);
+            let task = SessionTask::new(Arc::clone(&plant), Arc::clone(&station), run, params);
             let log = folder.join(format!("{run}.parquet"));
             Ok(is_completed(campaign, &task, &log)?.then_some(RehearsedRun { run, log }))
         })
@@ -49,7 +49,7 @@ pub fn rehearse_runs(campaign: &Campaign, facility: &Path, folder: &Path) -> Res
 }
 
 /// Rehearses a run and writes its log; false if it does not come to its end, or cannot begin on these robots.
-fn is_completed(campaign: &Campaign, task: &Task, log: &Path) -> Result<bool> {
+fn is_completed(campaign: &Campaign, task: &SessionTask, log: &Path) -> Result<bool> {
     let mut records = Vec::new();
     let key = philox::key(campaign.seed);
     let ended = rehearse(task, key, &task.params, CYCLE, &mut |record| records.push(*record));

@@ -3,8 +3,8 @@
 use crate::error::{Result, SessionError};
 use softdock_campaign::{Campaign, Station};
 use softdock_kernels::plant::Plant;
-use softdock_realtime::drive::core::Task;
-use softdock_realtime::drive::delay::{Delay, Response, Stated, Timing, delays};
+use softdock_realtime::drive::core::SessionTask;
+use softdock_realtime::drive::delay::{DeadTime, DelayClock, ProtocolTiming, ServoResponse, delays};
 use softdock_realtime::drive::replay::{Replayed, replay};
 use softdock_realtime::log::reader::{Log, read_log};
 use softdock_realtime::signals::Capabilities;
@@ -35,7 +35,7 @@ pub struct ReplayedLog {
     /// Cycles that are equal, and the first difference.
     pub replayed: Replayed,
     /// Dead time between command and motion of robots 1 and 2, beyond one cycle.
-    pub delays: [Option<Delay>; 2],
+    pub delays: [Option<DeadTime>; 2],
 }
 
 impl SessionLog {
@@ -77,17 +77,17 @@ impl SessionLog {
         let station = Arc::new(Station::load(&facility)?);
         let (run, cycle) = (number(&stated("run")?)?, Nanos(number::<u64>(&stated("cycle_ns")?)? as i64));
         let plant = Arc::new(Plant::new(campaign.scenario.model.clone()));
-        let task = Task {
+        let task = SessionTask {
             armed: stated("armed")? == "true",
             to_start: stated("to_start")? == "true",
             check_only: optional("check_only").is_some_and(|value| value == "true"),
             retract: optional("retract_m").map_or(Ok(0.0), |value| number(value))?,
-            ..Task::new(plant, station, run, campaign.draw(run).params)
+            ..SessionTask::new(plant, station, run, campaign.draw(run).params)
         };
         let robot = Capabilities { cycle, master: true, rail: true, torque: false, pose: true };
         let replayed = replay(task, [robot; 2], self.log.records.iter().copied())?;
-        let stated = [Stated::one_cycle(cycle); 2];
-        let delays = delays(&self.log.records, stated, Timing::Robot, [Response::Second; 2]);
+        let stated = [ProtocolTiming::one_cycle(cycle); 2];
+        let delays = delays(&self.log.records, stated, DelayClock::Robot, [ServoResponse::Second; 2]);
         Ok(ReplayedLog { replayed, delays })
     }
 

@@ -15,7 +15,7 @@ use softdock_realtime::drive::feed::{Feed, feed};
 use softdock_realtime::drive::runner::{Alarms, Keeping, run};
 use softdock_realtime::drive::session::Session;
 use softdock_realtime::emulation::world::World;
-use softdock_realtime::log::evidence::Evidence;
+use softdock_realtime::log::evidence::EvidenceBuffer;
 use softdock_realtime::log::writer::LogWriter;
 use softdock_realtime::time::Nanos;
 use softdock_realtime::view::model::Budgets;
@@ -98,7 +98,7 @@ impl SessionPlan {
         let OpenedLinks { moved, exercised } =
             self.addresses.open(task.armed, &task.station, world, Rc::clone(&clock), &report)?;
         let cycle = moved.robots[0].capabilities().cycle;
-        let evidence = Evidence::new(EVIDENCE_SPAN, cycle);
+        let evidence = EvidenceBuffer::new(EVIDENCE_SPAN, cycle);
         let mut session = Session::new(task.clone(), moved, exercised, clock)?;
         session.begun_at(since_epoch()?);
         if self.options.go_after_check {

@@ -17,11 +17,16 @@ pub struct MapCurve {
     pub closed: Vec<(f64, f64)>,
 }
 
-/// A page with one figure per compensator; `heading` says for which mass and delay.
+/// Returns a page with one figure per compensator, for a reduced mass and a dead time.
 ///
 /// # Errors
 /// If a figure cannot be drawn.
-pub fn map_page(heading: &str, curves: &[MapCurve]) -> Result<String> {
+pub fn map_page(mass_kg: f64, delay_ms: f64, curves: &[MapCurve]) -> Result<String> {
+    let unit = mass_kg / (1e-3 * delay_ms).powi(2);
+    let heading = format!(
+        "Two bodies of reduced mass {mass_kg} kg, ideal robots, {delay_ms} ms of dead time: k h\u{b2}/m = 1 is {unit:.4e} \
+         N/m. Compensators know delay, stiffness and damping exactly."
+    );
     let mut figures = String::new();
     for curve in curves {
         figures.push_str(&format!("<figure><figcaption>{}</figcaption>{}</figure>\n", curve.name, figure(curve)?));

@@ -10,6 +10,7 @@ use crate::identify::regressor::rigid_regressor;
 use crate::identify::series::Series;
 use crate::{DiagnosisError, Result};
 use nalgebra::DMatrix;
+use softdock_analysis::number::significant;
 use softdock_campaign::Robot;
 use softdock_kernels::manipulator::{flange, inverse_dynamics, link_frames};
 use softdock_kernels::vector::Vec3;
@@ -64,6 +65,18 @@ pub struct Excitation {
     pub random_condition: f64,
     /// Greatest use of each limit.
     pub uses: Uses,
+}
+
+impl Excitation {
+    /// Returns condition numbers and use of the limits for a terminal.
+    pub fn text(&self) -> String {
+        let [own, random] = [self.condition, self.random_condition].map(|condition| significant(condition, 3));
+        format!(
+            "condition number {own}, {random} for a random motion inside the limits\n\
+             greatest use of a limit {:.0} %",
+            100.0 * self.uses.greatest()
+        )
+    }
 }
 
 /// Greatest share of each limit over all joints and instants; 1 = the limit itself.

@@ -1,4 +1,4 @@
-//! The checks of a start-up as a list: each with its value, its limit and what to do when it fails.
+//! The checks of a start-up, each with its value, its limit and a remedy.
 
 use crate::signals::{RAIL, axis_name};
 use std::fmt;
@@ -17,9 +17,9 @@ pub enum Bound {
 /// Tolerance of [`Bound::Near`], as a share of the limit.
 const NEAR: f64 = 0.05;
 
-/// What a check is about.
+/// The subject of a check.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Subject {
+pub enum CheckSubject {
     /// A robot.
     Robot,
     /// The force/torque sensor.
@@ -30,10 +30,10 @@ pub enum Subject {
 
 /// Unit of a check's value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Unit {
+pub enum CheckUnit {
     /// 1 for yes, 0 for no.
     YesNo,
-    /// A number of what the word says.
+    /// A count of the named items.
     Count(&'static str),
     /// Seconds; written in milliseconds.
     Seconds,
@@ -51,7 +51,7 @@ pub enum Unit {
     NewtonMetres,
 }
 
-impl Unit {
+impl CheckUnit {
     /// Factor from the SI value to the written one, its unit and decimals.
     fn scale(self, axis: Option<usize>) -> (f64, &'static str, usize) {
         match self {
@@ -95,40 +95,40 @@ impl Unit {
 pub struct CheckRow {
     /// Name in files.
     pub id: &'static str,
-    /// What it is about.
-    pub subject: Subject,
-    /// What the value is.
+    /// Subject.
+    pub subject: CheckSubject,
+    /// Meaning of the value.
     pub title: &'static str,
     /// Its unit.
-    pub unit: Unit,
+    pub unit: CheckUnit,
     /// How it is compared.
     pub bound: Bound,
-    /// What to do when it fails.
+    /// Remedy of a failure.
     pub remedy: &'static str,
 }
 
-/// Declares the checks, in the order in which they are listed and in which the first failed one refuses a session.
+/// Declares the checks in their order; the first failed one refuses the session.
 macro_rules! checks {
     ($($variant:ident $id:literal $subject:ident, $title:literal, $unit:expr, $bound:ident, $remedy:literal;)*) => {
         /// A check of the start-up.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-        pub enum What {
+        pub enum CheckKind {
             $(#[doc = $title] $variant,)*
         }
 
-        impl What {
+        impl CheckKind {
             /// All checks, in order.
             pub const ALL: &[Self] = &[$(Self::$variant),*];
             const ROWS: &[CheckRow] = &[$(CheckRow {
                 id: $id,
-                subject: Subject::$subject,
+                subject: CheckSubject::$subject,
                 title: $title,
                 unit: $unit,
                 bound: Bound::$bound,
                 remedy: $remedy,
             }),*];
 
-            /// Its row.
+            /// Returns the check's row.
             pub fn row(self) -> &'static CheckRow {
                 &Self::ROWS[self as usize]
             }
@@ -137,68 +137,68 @@ macro_rules! checks {
 }
 
 checks! {
-    Reports "reports" Robot, "reports received", Unit::Count("reports"), AtLeast,
+    Reports "reports" Robot, "reports received", CheckUnit::Count("reports"), AtLeast,
         "start its program, and compare the address that it sends to with this one";
-    Samples "samples" Sensor, "samples received", Unit::Count("samples"), AtLeast,
-        "check its address, and that no other computer has its stream";
-    Link "link" Robot, "link works", Unit::YesNo, AtLeast,
+    Samples "samples" Sensor, "samples received", CheckUnit::Count("samples"), AtLeast,
+        "check its address, and that no other computer receives its stream";
+    Link "link" Robot, "link works", CheckUnit::YesNo, AtLeast,
         "see the message of the link";
-    SensorLink "sensor_link" Sensor, "link works", Unit::YesNo, AtLeast,
+    SensorLink "sensor_link" Sensor, "link works", CheckUnit::YesNo, AtLeast,
         "see the message of the link";
-    Foreign "foreign" Robot, "datagrams of other senders", Unit::Count("datagrams"), AtMost,
-        "find out who sends to its port, and start again";
-    Still "still" Robot, "change of its set-point while no motion is commanded", Unit::Axis, AtMost,
+    Foreign "foreign" Robot, "datagrams from other senders", CheckUnit::Count("datagrams"), AtMost,
+        "remove the other sender from this port, and start again";
+    Still "still" Robot, "change of its set-point while no motion is commanded", CheckUnit::Axis, AtMost,
         "another master moves it, or its controller has started a new session: start again";
-    Period "period" Robot, "period of its reports", Unit::Seconds, Near,
+    Period "period" Robot, "period of its reports", CheckUnit::Seconds, Near,
         "set cycle_ms of its address to the period of its controller";
-    Loss "loss" Robot, "successive reports without loss", Unit::Count("reports"), AtLeast,
+    Loss "loss" Robot, "successive reports without loss", CheckUnit::Count("reports"), AtLeast,
         "check cable, switch and load of this machine";
-    Late "late" Robot, "answers that it counts as late", Unit::Count("answers"), AtMost,
+    Late "late" Robot, "answers that the robot reports as late", CheckUnit::Count("answers"), AtMost,
         "check network and load of this machine, and --priority";
-    Clock "clock" Robot, "its clock against ours", Unit::Share, AtMost,
+    Clock "clock" Robot, "rate difference between its clock and this machine's", CheckUnit::Share, AtMost,
         "set cycle_ms of its address, or check the time stamps of its controller";
-    Ready "ready" Robot, "follows commands", Unit::YesNo, AtLeast,
+    Ready "ready" Robot, "follows commands", CheckUnit::YesNo, AtLeast,
         "switch the drives on, select the operating mode, acknowledge faults and stops";
-    Servo "servo" Robot, "distance from its own set-point", Unit::Axis, AtMost,
-        "open the brakes, switch the drives on, and remove what holds it";
-    Range "range" Robot, "least distance from the end of a range", Unit::Axis, AtLeast,
+    Servo "servo" Robot, "distance from its own set-point", CheckUnit::Axis, AtMost,
+        "open the brakes, switch the drives on, and remove obstacles";
+    Range "range" Robot, "least distance from the end of a range", CheckUnit::Axis, AtLeast,
         "move it by hand into its range";
-    ToolPosition "tool_position" Robot, "reported position of its tool, from that of our model", Unit::Metres, AtMost,
+    ToolPosition "tool_position" Robot, "distance between reported and modelled position of its tool", CheckUnit::Metres, AtMost,
         "check robot model, [joints] zero, tool_position and tool_rotation of the facility file";
-    ToolRotation "tool_rotation" Robot, "reported attitude of its tool, from that of our model", Unit::Radians, AtMost,
+    ToolRotation "tool_rotation" Robot, "angle between reported and modelled attitude of its tool", CheckUnit::Radians, AtMost,
         "check robot model, [joints] zero, tool_position and tool_rotation of the facility file";
-    Torques "torques" Robot, "reports torques, which the facility file has limits for", Unit::YesNo, AtLeast,
-        "let its controller send the torques of its joints, or remove torque from [safety] of the facility file";
-    Reach "reach" Robot, "reaches the start of the run within its limits", Unit::YesNo, AtLeast,
-        "move its base, or take another run";
-    StartPosition "start_position" Robot, "distance of its part from the start of the run", Unit::Metres, AtMost,
+    Torques "torques" Robot, "reports the torques that the facility file limits", CheckUnit::YesNo, AtLeast,
+        "configure its controller to send the torques of its joints, or remove torque from [safety] of the facility file";
+    Reach "reach" Robot, "reaches the start of the run within its limits", CheckUnit::YesNo, AtLeast,
+        "move its base, or select another run";
+    StartPosition "start_position" Robot, "distance of its part from the start of the run", CheckUnit::Metres, AtMost,
         "move it there with --to-start --arm";
-    StartRotation "start_rotation" Robot, "angle of its part from the start of the run", Unit::Radians, AtMost,
+    StartRotation "start_rotation" Robot, "angle of its part from the start of the run", CheckUnit::Radians, AtMost,
         "move it there with --to-start --arm";
-    Status "status" Sensor, "samples are valid and not saturated", Unit::YesNo, AtLeast,
+    Status "status" Sensor, "samples are valid and not saturated", CheckUnit::YesNo, AtLeast,
         "see the status of the sensor";
-    Age "age" Sensor, "age of its newest sample", Unit::Seconds, AtMost,
+    Age "age" Sensor, "age of its newest sample", CheckUnit::Seconds, AtMost,
         "check its network, its rate, and sensor_age of the facility file";
-    RestSpread "rest_spread" Sensor, "spread of the force at rest", Unit::Newtons, AtMost,
+    RestSpread "rest_spread" Sensor, "range of the force at rest", CheckUnit::Newtons, AtMost,
         "remove contacts and vibrations";
-    RestForce "rest_force" Sensor, "force at rest without the weight of its tool", Unit::Newtons, AtMost,
+    RestForce "rest_force" Sensor, "force at rest without the weight of its tool", CheckUnit::Newtons, AtMost,
         "check tool_mass and the axes of [sensor] in the facility file, contacts of the tool, and the sensor's own bias";
-    RestMoment "rest_moment" Sensor, "moment at rest without the weight of its tool", Unit::NewtonMetres, AtMost,
+    RestMoment "rest_moment" Sensor, "moment at rest without the weight of its tool", CheckUnit::NewtonMetres, AtMost,
         "check tool_centre and the axes of [sensor] in the facility file, contacts of the tool, and the sensor's own bias";
-    TurnedForce "turned_force" Sensor, "force in a second attitude, change beyond that of the weight", Unit::Newtons, AtMost,
+    TurnedForce "turned_force" Sensor, "change of force in a second attitude, without the weight", CheckUnit::Newtons, AtMost,
         "check tool_mass and rotation of [sensor] in the facility file";
-    TurnedMoment "turned_moment" Sensor, "moment in a second attitude, change beyond that of the weight", Unit::NewtonMetres,
+    TurnedMoment "turned_moment" Sensor, "change of moment in a second attitude, without the weight", CheckUnit::NewtonMetres,
         AtMost, "check tool_centre and rotation of [sensor] in the facility file";
-    Clearance "clearance" Parts, "least distance of the parts, on the way to the start of the run too", Unit::Metres,
+    Clearance "clearance" Parts, "least distance of the parts, including the path to the start", CheckUnit::Metres,
         AtLeast, "move the robots apart by hand";
-    ArmDistance "arm_distance" Parts, "least distance of the arms, on the way to the start of the run too", Unit::Metres,
+    ArmDistance "arm_distance" Parts, "least distance of the arms, including the path to the start", CheckUnit::Metres,
         AtLeast, "move the robots nearer to the start by hand";
-    KeepOut "keep_out" Parts, "depth in a keep-out box, on the way to the start of the run too", Unit::Metres,
+    KeepOut "keep_out" Parts, "depth in a keep-out box, including the path to the start", CheckUnit::Metres,
         AtMost, "move the robots nearer to the start by hand";
 }
 
-impl What {
-    /// Whether its value is not known where a robot does not report it, or before it is measured.
+impl CheckKind {
+    /// Whether the value may be unknown: robots need not report it, or it is not measured yet.
     pub fn may_be_unknown(self) -> bool {
         matches!(
             self,
@@ -216,36 +216,36 @@ impl What {
     }
 }
 
-/// A check with what it found.
+/// A check with its value and limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Check {
-    /// Which one.
-    pub what: What,
-    /// The robot, 0 or 1, if it is about one.
+    /// Kind of the check.
+    pub what: CheckKind,
+    /// Robot, 0 or 1, if the check concerns one.
     pub robot: Option<usize>,
-    /// The axis with this value, if it is one of several.
+    /// Axis with this value, if there are several.
     pub axis: Option<usize>,
-    /// The value, SI units; NaN where it is not known.
+    /// Value, SI units; NaN if unknown.
     pub value: f64,
-    /// Its limit, SI units.
+    /// Limit, SI units.
     pub limit: f64,
-    /// The check decides; otherwise its value is for information.
+    /// Whether the check decides; otherwise its value is information only.
     pub decides: bool,
 }
 
-/// The answer of a check.
+/// The outcome of a check.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Answer {
+pub enum CheckOutcome {
     /// Within its limit.
     Passed,
     /// Beyond its limit.
     Failed,
-    /// The value is not known, or does not decide.
+    /// Unknown value, or a check that does not decide.
     Open,
 }
 
-impl Answer {
-    /// Its word in files and pages.
+impl CheckOutcome {
+    /// Returns the word for files and pages.
     pub fn word(self) -> &'static str {
         match self {
             Self::Passed => "passed",
@@ -256,51 +256,51 @@ impl Answer {
 }
 
 impl Check {
-    /// A check of the sensor or the parts.
-    pub fn new(what: What, value: f64, limit: f64) -> Self {
+    /// Creates a check of the sensor or the parts.
+    pub fn new(what: CheckKind, value: f64, limit: f64) -> Self {
         Self { what, robot: None, axis: None, value, limit, decides: true }
     }
 
-    /// A check of a robot, 0 or 1.
-    pub fn of_robot(what: What, robot: usize, value: f64, limit: f64) -> Self {
+    /// Creates a check of a robot, 0 or 1.
+    pub fn of_robot(what: CheckKind, robot: usize, value: f64, limit: f64) -> Self {
         Self { robot: Some(robot), ..Self::new(what, value, limit) }
     }
 
-    /// Whether it has passed. A value that has to be known and is no number has failed.
-    pub fn answer(&self) -> Answer {
+    /// Returns the outcome. A NaN fails, unless the value may be unknown.
+    pub fn answer(&self) -> CheckOutcome {
         if !self.decides || self.value.is_nan() && self.what.may_be_unknown() {
-            return Answer::Open;
+            return CheckOutcome::Open;
         }
         let passed = match self.what.row().bound {
             Bound::AtMost => self.value <= self.limit,
             Bound::AtLeast => self.value >= self.limit,
             Bound::Near => (self.value - self.limit).abs() <= NEAR * self.limit,
         };
-        if passed { Answer::Passed } else { Answer::Failed }
+        if passed { CheckOutcome::Passed } else { CheckOutcome::Failed }
     }
 
-    /// What it is about: "robot 1", "robot 1, axis 3", "sensor".
+    /// Returns the subject as text: "robot 1", "robot 1, axis 3", "sensor".
     pub fn subject(&self) -> String {
         match (self.robot, self.axis, self.what.row().subject) {
             (Some(robot), Some(axis), _) => format!("robot {}, {}", robot + 1, axis_name(axis)),
             (Some(robot), None, _) => format!("robot {}", robot + 1),
-            (None, _, Subject::Parts) => "parts".to_owned(),
+            (None, _, CheckSubject::Parts) => "parts".to_owned(),
             (None, ..) => "sensor".to_owned(),
         }
     }
 
-    /// The value as users read it.
+    /// Returns the value with its unit, for users.
     pub fn value_text(&self) -> String {
         if self.value.is_nan() { "not known".to_owned() } else { self.what.row().unit.text(self.value, self.axis) }
     }
 
-    /// The limit as users read it.
+    /// Returns the limit with its unit, for users.
     pub fn limit_text(&self) -> String {
         let row = self.what.row();
         let limit = row.unit.text(self.limit, self.axis);
         match row.bound {
             _ if !self.decides => "not required".to_owned(),
-            _ if row.unit == Unit::YesNo => limit,
+            _ if row.unit == CheckUnit::YesNo => limit,
             Bound::AtMost => format!("at most {limit}"),
             Bound::AtLeast => format!("at least {limit}"),
             Bound::Near => format!("{limit} within {:.0} %", NEAR * 100.0),
@@ -316,10 +316,10 @@ impl fmt::Display for Check {
     }
 }
 
-/// Rooms of a list: every check for both robots.
-const ROOMS: usize = 2 * What::ALL.len();
+/// Capacity of a list: every check for both robots.
+const ROOMS: usize = 2 * CheckKind::ALL.len();
 
-/// The checks of a start-up with what they found; it allocates nothing.
+/// The checks of a start-up with their values; allocates nothing.
 #[derive(Clone, Copy, Debug)]
 pub struct Checklist {
     checks: [Check; ROOMS],
@@ -328,7 +328,7 @@ pub struct Checklist {
 
 impl Default for Checklist {
     fn default() -> Self {
-        Self { checks: [Check::new(What::Reports, f64::NAN, f64::NAN); ROOMS], len: 0 }
+        Self { checks: [Check::new(CheckKind::Reports, f64::NAN, f64::NAN); ROOMS], len: 0 }
     }
 }
 
@@ -356,7 +356,7 @@ impl Checklist {
 
     /// The first check that has failed.
     pub fn failed(&self) -> Option<Check> {
-        self.checks().iter().copied().find(|check| check.answer() == Answer::Failed)
+        self.checks().iter().copied().find(|check| check.answer() == CheckOutcome::Failed)
     }
 }
 
@@ -366,25 +366,25 @@ mod tests {
 
     #[test]
     fn every_check_has_a_row_of_its_own_and_answers_by_its_bound() {
-        for (i, what) in What::ALL.iter().enumerate() {
+        for (i, what) in CheckKind::ALL.iter().enumerate() {
             assert_eq!(*what as usize, i);
-            let same = What::ALL.iter().filter(|other| other.row().id == what.row().id).count();
+            let same = CheckKind::ALL.iter().filter(|other| other.row().id == what.row().id).count();
             assert_eq!(same, 1, "{}", what.row().id);
             let answers = [0.5, 1.0, 2.0].map(|value| Check::new(*what, value, 1.0).answer());
             let expected = match what.row().bound {
-                Bound::AtMost => [Answer::Passed, Answer::Passed, Answer::Failed],
-                Bound::AtLeast => [Answer::Failed, Answer::Passed, Answer::Passed],
-                Bound::Near => [Answer::Failed, Answer::Passed, Answer::Failed],
+                Bound::AtMost => [CheckOutcome::Passed, CheckOutcome::Passed, CheckOutcome::Failed],
+                Bound::AtLeast => [CheckOutcome::Failed, CheckOutcome::Passed, CheckOutcome::Passed],
+                Bound::Near => [CheckOutcome::Failed, CheckOutcome::Passed, CheckOutcome::Failed],
             };
             assert_eq!(answers, expected, "{}", what.row().id);
-            let unknown = if what.may_be_unknown() { Answer::Open } else { Answer::Failed };
+            let unknown = if what.may_be_unknown() { CheckOutcome::Open } else { CheckOutcome::Failed };
             assert_eq!(Check::new(*what, f64::NAN, 1.0).answer(), unknown, "{}", what.row().id);
         }
     }
 
     #[test]
     fn a_failed_check_states_subject_value_limit_and_remedy() {
-        let servo = Check { axis: Some(2), ..Check::of_robot(What::Servo, 0, 0.02, 0.01) };
+        let servo = Check { axis: Some(2), ..Check::of_robot(CheckKind::Servo, 0, 0.02, 0.01) };
         let text = servo.to_string();
         let expected =
             "robot 1, axis 3: distance from its own set-point: 1.146 deg, required at most 0.573 deg: open the";

@@ -1,8 +1,8 @@
-//! What the operator asks of a session, and what the session answers: flags that neither side waits for.
+//! Shared flags of operator and session; reading and writing them never blocks.
 
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
-/// What operator and session exchange.
+/// Requests of the operator, and the state of the session.
 #[derive(Debug, Default)]
 pub struct Controls {
     stops: AtomicU32,
@@ -12,42 +12,42 @@ pub struct Controls {
 }
 
 impl Controls {
-    /// The operator (or a signal) wants a stop: the first time a controlled one, the second time at once.
+    /// Requests a stop: a controlled one the first time, at once the second time.
     pub fn request_stop(&self) {
         self.stops.fetch_add(1, Ordering::SeqCst);
     }
 
-    /// How often a stop was asked for; for the cycle, which neither waits nor locks here.
+    /// Returns the number of stop requests; never blocks.
     pub fn stops(&self) -> u32 {
         self.stops.load(Ordering::SeqCst)
     }
 
-    /// The drive is over: nothing moves any more.
+    /// Marks the session as over: nothing moves any more.
     pub fn end(&self) {
         self.ended.store(true, Ordering::SeqCst);
     }
 
-    /// The operator lets the robots move.
+    /// Gives GO: the robots may move.
     pub fn go(&self) {
         self.go.store(true, Ordering::SeqCst);
     }
 
-    /// Whether the operator has let the robots move.
+    /// Whether GO was given.
     pub fn has_go(&self) -> bool {
         self.go.load(Ordering::SeqCst)
     }
 
-    /// A signal wants the view gone, once the drive is over.
+    /// Requests, on a signal, that the view closes once the session is over.
     pub fn leave(&self) {
         self.leaves.store(true, Ordering::SeqCst);
     }
 
-    /// Whether a signal wants the view gone.
+    /// Whether a signal requests that the view closes.
     pub fn leaves(&self) -> bool {
         self.leaves.load(Ordering::SeqCst)
     }
 
-    /// Whether the drive is over.
+    /// Whether the session is over.
     pub fn ended(&self) -> bool {
         self.ended.load(Ordering::SeqCst)
     }

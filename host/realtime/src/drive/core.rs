@@ -1,13 +1,13 @@
-//! The drive's decisions: from what a cycle's links have brought to what the robots are told, and the record of it.
+//! Decisions of a session: maps the inputs of a cycle to robot commands and the cycle's record.
 //!
-//! Pure: the same inputs give the same orders and the same record, bit for bit, whatever clock and links stand around.
+//! Pure: equal inputs give equal commands and records, bit for bit, independent of clock and links.
 
 mod noting;
 mod retracting;
 mod starting;
 
 use super::checklist::{Check, Checklist};
-use super::guard::{Alarm, Found, Guard, Seen, ToolError};
+use super::guard::{Alarm, Guard, GuardInputs, LimitViolation, ToolError};
 use super::motion::{JointMove, RunIn};
 use super::start::{StartUp, Weighing, apart, moved};
 use super::torque::TorqueWatch;
@@ -36,86 +36,86 @@ use std::sync::Arc;
 
 /// Duration of the run-in from rest, half of it at constant speed \[s\].
 const RUN_IN_TIME: f64 = 2.0;
-/// Cycles over which the protocol's end is sent.
+/// Cycles for which the end of the protocol session is sent.
 const END_CYCLES: u32 = 5;
-/// After this time a stop ends whatever the robots tell \[s\].
+/// Longest duration of a stop; then the session ends in any state \[s\].
 const LONGEST_STOP: f64 = 10.0;
 
-/// What is driven.
+/// Definition of a session.
 #[derive(Clone)]
-pub struct Task {
+pub struct SessionTask {
     /// The scenario.
     pub plant: Arc<Plant>,
     /// The facility.
     pub station: Arc<Station>,
     /// Number of the run.
     pub run: u64,
-    /// Its draw.
+    /// Parameters of its draw.
     pub params: Params<f64>,
     /// The commands move real robots.
     pub armed: bool,
     /// Robots away from the start of the run are moved there.
     pub to_start: bool,
-    /// The checks of the start-up alone: nothing moves.
+    /// Only the start-up checks are made: nothing moves.
     pub check_only: bool,
-    /// After a stop robot 1 moves its part back along the approach by so much \[m\]; 0: it stays.
+    /// Distance by which robot 1 retracts its part after a stop \[m\]; 0: none.
     pub retract: f64,
 }
 
-impl Task {
-    /// A run that moves emulated robots from wherever they stand.
+impl SessionTask {
+    /// Creates a session of emulated robots that may move to the start from any position.
     pub fn new(plant: Arc<Plant>, station: Arc<Station>, run: u64, params: Params<f64>) -> Self {
         Self { plant, station, run, params, armed: false, to_start: true, check_only: false, retract: 0.0 }
     }
 }
 
-/// What came over the links of those who take the commands, or of those who are only exercised.
+/// Inputs of a cycle from three links: those that receive the commands, or the real ones of a dry run.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Arrived {
+pub struct LinkInputs {
     /// Reports of robots 1 and 2.
     pub robots: [Option<RobotState>; 2],
     /// The sensor's newest sample.
     pub sample: Option<ForceSample>,
     /// Counters of robots 1 and 2 and of the sensor.
     pub links: [LinkCounters; 3],
-    /// Links that cannot go on: robots 1 and 2 and the sensor.
+    /// Failed links: robots 1 and 2 and the sensor.
     pub broken: [bool; 3],
-    /// How robots 1 and 2 stand to what they have been sent.
+    /// State of robots 1 and 2 relative to their commands.
     pub wires: [WireState; 2],
 }
 
-/// All that a cycle decides from.
+/// All inputs of a cycle's decisions.
 #[derive(Clone, Copy, Debug)]
-pub struct Inputs {
+pub struct CycleInputs {
     /// Start of the cycle since the start of the drive.
     pub now: Nanos,
-    /// From those who take the commands.
-    pub moved: Arrived,
+    /// From the links that receive the commands.
+    pub moved: LinkInputs,
     /// From the real links of a dry run.
-    pub exercised: Option<Arrived>,
-    /// Somebody wants the run stopped.
+    pub exercised: Option<LinkInputs>,
+    /// Requested stop.
     pub request: Option<StopCause>,
-    /// The operator has let the robots move: armed ones do not before.
+    /// The operator's GO; armed robots do not move before it.
     pub go: bool,
 }
 
-/// What the robots are told.
+/// Commands of a cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Orders {
-    /// Robots 1 and 2; nothing goes to a dead link.
+    /// Robots 1 and 2; a dead link receives none.
     pub moved: [Option<Order>; 2],
-    /// The session is being stopped: a robot away from its commands comes to rest where it is.
+    /// The session is stopping: a robot away from its commands ramps to rest where it is.
     pub stopping: bool,
     /// The session is over.
     pub over: bool,
 }
 
 impl Orders {
-    /// Ask for no motion.
+    /// Commands no motion.
     pub const HOLD: Self = Self { moved: [Some(Order::Hold); 2], stopping: false, over: false };
 }
 
-/// Why a drive cannot be prepared.
+/// Why a session cannot be prepared.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum Unprepared {
     /// A robot cannot hold its part at the scenario's start.
@@ -124,14 +124,14 @@ pub enum Unprepared {
     /// The robot's cycle is not a whole number of ticks.
     #[error("a robot's cycle of {0} ms is not a whole number of ticks of {1} ms: change the scenario's timing.tick")]
     Cycle(f64, f64),
-    /// The scenario is judged by other rules than those of the facility that is driven.
+    /// Scenario and facility have different session rules.
     #[error(
         "the scenario's facility has other session rules than the facility that is driven: name this facility file in the scenario"
     )]
     Rules,
 }
 
-/// As the kernels say it.
+/// Reason of the kernels for an unreachable placement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MisplacedWhy {
     /// Not six joints with a spherical wrist.
@@ -147,7 +147,7 @@ impl From<(usize, Misplaced)> for Unprepared {
     }
 }
 
-/// Where a drive is, with what that phase needs.
+/// Phase of the session, with its data.
 #[derive(Clone, Copy, Debug)]
 enum State {
     StartUp,
@@ -158,7 +158,7 @@ enum State {
         way: JointMove,
         begun: Nanos,
     },
-    /// Robot 1 turns its tool, reads the sensor and turns it back.
+    /// Robot 1 turns its tool, reads the sensor and turns back.
     Weighing {
         way: JointMove,
         begun: Nanos,
@@ -172,12 +172,12 @@ enum State {
         cycles: u32,
     },
     Running,
-    /// The run is over; energy that its last cycle has injected before its last tick is judged by one more report.
+    /// The run is over; one more report completes the energy of its last cycle.
     Closing {
         port_energy: f64,
     },
     Stopping,
-    /// After a stop, robot 1 moves its part back along the approach.
+    /// After a stop, robot 1 retracts its part along the approach.
     Retracting {
         retreat: Retreat,
         begun: Nanos,
@@ -188,26 +188,26 @@ enum State {
     Over,
 }
 
-/// What robots and sensor say in a cycle.
+/// Measurements of a cycle.
 struct Read {
-    /// The parts as the robots hold them, and the wrench of the newest sample with what tare there is.
+    /// Parts as held by the robots, and the wrench of the newest sample, tared as far as the tare is known.
     measured: Measured,
-    /// Wrench on part A of the sample farthest from those before.
+    /// Wrench on part A of the largest change in the cycle.
     peak: Wrench<f64>,
 }
 
-/// The drive's decisions.
+/// The decisions of a session.
 pub struct Core {
-    task: Task,
+    task: SessionTask,
     arms: Arms,
     sensing: Sensing,
-    /// The sensor has its tare.
+    /// Whether the sensor is tared.
     tared: bool,
     computer: Box<dyn SimulationComputer>,
     run_in: RunIn,
     limits: [AxisLimits; AXES],
     capabilities: [Capabilities; 2],
-    /// Of the real robots of a dry run.
+    /// Capabilities of the real robots of a dry run.
     exercised: [Capabilities; 2],
     ticks: u32,
     limiters: Option<[Limiter; 2]>,
@@ -215,39 +215,39 @@ pub struct Core {
     torques: TorqueWatch,
     /// Measured axes of the last two reports, newest first.
     axes: [[[f64; AXES]; 2]; 2],
-    /// Cycles for which the real links of a dry run have brought nothing: robots 1 and 2 and the sensor.
+    /// Cycles without data from the real links of a dry run: robots 1 and 2 and the sensor.
     silent: [u32; 3],
-    /// Where the last two cycles' commands hold the parts, newest first.
+    /// Tool poses of the last two cycles' commands, newest first.
     sent: [[Pose<f64>; 2]; 2],
-    /// What the parts were commanded to do by the end of the last cycle.
+    /// Commanded motion of the parts at the end of the last cycle.
     commanded: Parts<f64>,
     state: State,
-    /// The checks of those who take the commands, and of the real links of a dry run.
+    /// Checks of the links that receive the commands, and of the real links of a dry run.
     checks: [StartUp; 2],
-    /// All of them have passed; the robots wait for GO.
+    /// All checks have passed; the robots wait for GO.
     ready: bool,
     dead: [bool; 2],
     begun_at: [[f64; AXES]; 2],
     refusal: Option<Check>,
-    /// The checks of the start-up with what they have found so far.
+    /// The start-up checks with their values so far.
     checklist: Checklist,
-    /// Direction of part A's first motion beside part B's, laboratory.
+    /// Direction of part A's first motion relative to part B, laboratory.
     approach: Vec3<f64>,
-    /// How far robot 1 has moved its part back after the stop; none before it does \[m\].
+    /// Distance by which robot 1 has retracted its part \[m\]; `None` before a retraction.
     retracted: Option<f64>,
-    /// When the session was stopped, and why.
+    /// Time and cause of the stop.
     stopped: Option<(Nanos, Alarm)>,
-    /// When the last ramp to rest began: a retract has one of its own.
+    /// Start of the last ramp to rest; a retraction has its own.
     ramp_begun: Nanos,
     record: CycleRecord,
 }
 
 impl Core {
-    /// Prepares a run; `capabilities` are those of the robots that take the commands.
+    /// Prepares a session; `capabilities` are those of the robots that receive the commands.
     ///
     /// # Errors
     /// If the robots cannot hold their parts, or their cycle does not fit the scenario.
-    pub fn new(task: Task, capabilities: [Capabilities; 2]) -> Result<Self, Unprepared> {
+    pub fn new(task: SessionTask, capabilities: [Capabilities; 2]) -> Result<Self, Unprepared> {
         let arms = Arms::new(&task.plant, &task.station)?;
         let (cycle, tick) = (capabilities[0].cycle.seconds(), task.plant.timing.tick());
         let ticks = (cycle / tick).round();
@@ -296,78 +296,78 @@ impl Core {
         })
     }
 
-    /// Notes what the real robots of a dry run can do, where that differs from those that take the commands.
+    /// Sets the capabilities of the real robots of a dry run, if they differ from those that receive the commands.
     pub fn exercise(&mut self, capabilities: [Capabilities; 2]) {
         self.exercised = capabilities;
     }
 
-    /// Axes of both robots at rest at the start of the run-in, as their controllers count them.
+    /// Returns the axes of both robots at rest at the start of the run-in, in controller coordinates.
     pub fn start_axes(&self) -> ([[f64; AXES]; 2], bool) {
         self.arms.positions_for(&self.run_in.at(&self.task.plant, 0.0))
     }
 
-    /// Limits of the axes as the controllers count them.
+    /// Returns the limits of the axes in controller coordinates.
     pub fn limits(&self) -> [AxisLimits; AXES] {
         self.limits
     }
 
-    /// What the robots that take the commands can do; a replay needs it again.
+    /// Returns the capabilities of the robots that receive the commands; a replay needs them.
     pub fn capabilities(&self) -> [Capabilities; 2] {
         self.capabilities
     }
 
-    /// The record of the last cycle.
+    /// Returns the record of the last cycle.
     pub fn record(&self) -> &CycleRecord {
         &self.record
     }
 
-    /// The same, for what only the links know: lateness, round trips, wall clock.
+    /// Returns the record for values that only the links know: lateness, round trips, wall clock.
     pub fn record_mut(&mut self) -> &mut CycleRecord {
         &mut self.record
     }
 
-    /// Why the drive did not begin, if it did not.
+    /// Returns the check that refused the session.
     pub fn refusal(&self) -> Option<Check> {
         self.refusal
     }
 
-    /// The checks of the start-up with what they have found so far; in a dry run those of the real links.
+    /// Returns the start-up checks with their values so far; in a dry run those of the real links.
     pub fn checklist(&self) -> &Checklist {
         &self.checklist
     }
 
-    /// How far robot 1 has moved its part back after the stop \[m\].
+    /// Returns the distance by which robot 1 has retracted its part after the stop \[m\].
     pub fn retracted(&self) -> Option<f64> {
         self.retracted
     }
 
-    /// When the session was stopped, since its start, and why.
+    /// Returns time since the start and cause of the stop.
     pub fn stopped(&self) -> Option<(Nanos, Alarm)> {
         self.stopped
     }
 
-    /// Greatest distance \[m\] and angle \[rad\] of each robot's tool from its command.
+    /// Returns the greatest distance \[m\] and angle \[rad\] of each robot's tool from its command.
     pub fn worst_tracking(&self) -> [[f64; 2]; 2] {
         self.guard.as_ref().map_or([[0.0; 2]; 2], Guard::worst_tracking)
     }
 
-    /// Greatest share of its limit that a torque without an explanation has had, robots 1 and 2.
+    /// Returns the greatest share of its limit that an unexplained torque has reached, robots 1 and 2.
     pub fn worst_torques(&self) -> [f64; 2] {
         self.torques.worst()
     }
 
-    /// The session's rule that was met, and by what.
+    /// Returns the session rule that was met, with its value.
     pub fn rule_met(&self) -> Option<Stop> {
         self.guard.as_ref().and_then(Guard::stop)
     }
 
-    /// Energy injected by the facility since the run began \[J\].
+    /// Returns the energy injected by the facility since the run began \[J\].
     pub fn injected_energy(&self) -> f64 {
         let progress = self.computer.progress();
         self.guard.as_ref().map_or(0.0, |guard| guard.injected_energy(&progress))
     }
 
-    /// What the sensor reads at rest beside the tool's weight, its own axes.
+    /// Returns the tare: the sensor's reading at rest without the tool's weight, sensor axes.
     pub fn tare_found(&self) -> Wrench<f64> {
         self.sensing.tare
     }
@@ -377,18 +377,18 @@ impl Core {
         matches!(self.state, State::Running) && self.record.tick == 0
     }
 
-    /// What the run has come to.
+    /// Returns the progress of the run.
     pub fn progress(&self) -> Progress {
         self.computer.progress()
     }
 
-    /// Metrics of the run as the facility sees it.
+    /// Returns the metrics of the run as measured by the facility.
     pub fn metrics(&self) -> Metrics<f64> {
         self.computer.metrics()
     }
 
-    /// One cycle: takes what has arrived, decides, and notes all of it in the record.
-    pub fn step(&mut self, inputs: &Inputs) -> Orders {
+    /// Steps one cycle: takes the inputs, decides, and records both.
+    pub fn step(&mut self, inputs: &CycleInputs) -> Orders {
         self.record.cycle += 1;
         self.record.time = inputs.now;
         self.take(inputs);
@@ -401,8 +401,8 @@ impl Core {
         orders
     }
 
-    /// What has arrived goes into the record and the short memory.
-    fn take(&mut self, inputs: &Inputs) {
+    /// Stores the inputs in the record and the history.
+    fn take(&mut self, inputs: &CycleInputs) {
         let dry = inputs.exercised.is_some();
         let r = &mut self.record;
         let bits = inputs.moved.broken.iter().enumerate().map(|(link, broken)| u32::from(*broken) << link);
@@ -428,8 +428,8 @@ impl Core {
         }
     }
 
-    /// Parts as the robots hold them and the wrench between them.
-    fn measure(&mut self, inputs: &Inputs) -> Read {
+    /// Returns the parts as held by the robots and the wrench between them.
+    fn measure(&mut self, inputs: &CycleInputs) -> Read {
         let cycle = self.capabilities[0].cycle.seconds();
         let rates =
             std::array::from_fn(|r| std::array::from_fn(|i| (self.axes[0][r][i] - self.axes[1][r][i]) * (1.0 / cycle)));
@@ -445,8 +445,8 @@ impl Core {
         Read { measured: Measured { parts, wrench, saturated }, peak }
     }
 
-    /// The first reason to stop; none while nothing moves yet or any more.
-    fn alarm(&mut self, inputs: &Inputs, read: &Read) -> Option<Alarm> {
+    /// Returns the first reason to stop; none before and after the motion.
+    fn alarm(&mut self, inputs: &CycleInputs, read: &Read) -> Option<Alarm> {
         if matches!(self.state, State::Ending { .. } | State::Over) {
             return None;
         }
@@ -463,7 +463,7 @@ impl Core {
         let running = matches!(self.state, State::Running);
         let retracting = matches!(self.state, State::Retracting { .. });
         let stopping = matches!(self.state, State::Closing { .. } | State::Stopping) || retracting;
-        let seen = Seen {
+        let seen = GuardInputs {
             now: inputs.now,
             wrenches: [read.measured.wrench, read.peak],
             tools: self.tool_errors(&read.measured.parts),
@@ -481,11 +481,11 @@ impl Core {
             let watched = self.tared && !stopping;
             watched.then(|| self.torques.check(&self.arms, &inputs.moved.robots, parts, *wrench, inputs.now))?
         })?;
-        // And of the links only a dead one does; a retract is a motion like any other.
+        // Of the links only a dead one matters here; a retraction is a motion like any other.
         (!stopping || retracting || alarm.dead.is_some()).then_some(alarm)
     }
 
-    /// How far the robots' tools are from what was sent to them by now.
+    /// Returns the tool errors relative to the commands that are due by now.
     fn tool_errors(&self, parts: &Parts<f64>) -> [ToolError; 2] {
         let (cycle, [now, before]) = (self.capabilities[0].cycle.seconds(), &self.sent);
         let held = [pose(&parts.a), pose(&parts.b)];
@@ -495,17 +495,17 @@ impl Core {
         })
     }
 
-    /// Where axes hold the parts.
+    /// Returns the tool poses of these axes.
     fn tools_at(&self, axes: &[[f64; AXES]; 2]) -> [Pose<f64>; 2] {
         let parts = self.arms.parts_on(axes, &[[0.0; AXES]; 2]);
         [pose(&parts.a), pose(&parts.b)]
     }
 
-    /// A real link of a dry run that has fallen silent: what the run shows is not shown on these links.
-    fn of_exercised(&mut self, inputs: &Inputs) -> Option<Alarm> {
+    /// Checks whether a real link of a dry run has fallen silent; the run then proves nothing about that link.
+    fn of_exercised(&mut self, inputs: &CycleInputs) -> Option<Alarm> {
         let real = inputs.exercised.as_ref()?;
         let there = [real.robots[0].is_some(), real.robots[1].is_some(), real.sample.is_some()];
-        // A robot slower than the master is not there in every cycle of it.
+        // A robot slower than the master does not report in every cycle.
         let ratio = self.exercised[1].cycle.seconds() / self.exercised[0].cycle.seconds();
         for (link, there) in there.into_iter().enumerate() {
             self.silent[link] = if there { 0 } else { self.silent[link] + 1 };
@@ -514,14 +514,14 @@ impl Core {
             if self.silent[link] > most || real.broken[link] {
                 let robot = (link < 2).then_some(link);
                 let (value, limit) = (f64::from(self.silent[link]), f64::from(most));
-                let found = Some(Found { robot, axis: None, value, limit, unit: "cycles" });
+                let found = Some(LimitViolation { robot, axis: None, value, limit, unit: "cycles" });
                 return Some(Alarm { found, ..Alarm::of(StopCause::LinkSilent) });
             }
         }
         None
     }
 
-    /// Begins a controlled stop; the first cause stands.
+    /// Begins a controlled stop; the first cause is kept.
     fn stop(&mut self, alarm: Alarm) {
         if let Some(robot) = alarm.dead {
             self.dead[robot] = true;
@@ -552,8 +552,8 @@ impl Core {
         };
     }
 
-    /// The phase's own business.
-    fn decide(&mut self, inputs: &Inputs, net: Option<Measured>) -> Orders {
+    /// Runs the state machine of the phase.
+    fn decide(&mut self, inputs: &CycleInputs, net: Option<Measured>) -> Orders {
         match self.state {
             State::StartUp => self.start_up(inputs),
             State::Enabling { begun } => self.enable(begun, inputs.now),
@@ -561,7 +561,8 @@ impl Core {
             State::Weighing { .. } => self.weigh(inputs),
             State::Taring { .. } => self.tare(inputs),
             State::RunIn { cycles } => {
-                // Cycle by cycle, as the run itself goes on: after a late cycle no command jumps. It is for the cycle's end.
+                // In steps of cycles, like the run: after a late cycle no command jumps. The command is due at the
+                // cycle's end.
                 let at = f64::from(cycles + 1) * self.capabilities[0].cycle.seconds();
                 self.state = State::RunIn { cycles: cycles + 1 };
                 let told = self.run_in.at(&self.task.plant, at);
@@ -585,12 +586,12 @@ impl Core {
         }
     }
 
-    /// The run itself: as many ticks as the cycle holds, then the command for the cycle's end.
+    /// Steps the run by the ticks of the cycle; returns the command for the cycle's end.
     fn run(&mut self, net: Option<Measured>) -> Orders {
         let Some(measured) = net else {
             return self.hold_position();
         };
-        // The farm judges the energy of every tick but the last, at the begin of the next.
+        // The farm judges the energy of every tick but the last, at the start of the next one.
         let mut port_energy = 0.0;
         for _ in 0..self.ticks {
             let progress = self.computer.progress();
@@ -600,7 +601,7 @@ impl Core {
         self.record.tick += u64::from(self.ticks);
         let told = self.computer.reference();
         let progress = self.computer.progress();
-        // A loop that has diverged is stopped by its rule in the next cycle's check.
+        // The next cycle's check stops a diverged loop by its rule.
         if progress.unstable {
             return self.hold_position();
         }
@@ -615,14 +616,14 @@ impl Core {
         self.command(&told)
     }
 
-    /// Tells the robots a motion of the parts.
+    /// Commands a motion of the parts.
     fn command(&mut self, told: &Parts<f64>) -> Orders {
         self.commanded = *told;
         let (wanted, reachable) = self.arms.positions_for(told);
         self.limited(&wanted, reachable)
     }
 
-    /// The last word of the limiters on wanted axes.
+    /// Clamps the wanted axes.
     fn limited(&mut self, wanted: &[[f64; AXES]; 2], reachable: bool) -> Orders {
         let (Some(limiters), Some(guard)) = (&mut self.limiters, &mut self.guard) else {
             return Orders::HOLD;
@@ -639,13 +640,13 @@ impl Core {
             self.guard.iter_mut().for_each(Guard::meet_joint_range);
         }
         if let Some(cause) = stop.or(beyond) {
-            // The command just limited is a good one: the ramp goes on from it in the next cycle.
+            // The clamped command is valid: the ramp continues from it in the next cycle.
             self.stop(Alarm::of(cause));
         }
         self.orders(sent)
     }
 
-    /// Whether a joint has left the way that its robot may make from where the session began.
+    /// Whether a joint has left its permitted range around the position at the start of the session.
     fn beyond_correction(&self, sent: &[[f64; AXES]; 2]) -> Option<StopCause> {
         let beyond = (0..2).any(|r| {
             let most = self.task.station.robots[r].correction;
@@ -670,7 +671,7 @@ impl Core {
             return self.end(0);
         };
         let sent = limiters.each_mut().map(Limiter::stop);
-        // A dead link does not come to rest by anything that we send.
+        // No command brings a dead link to rest.
         let moving = moved(&self.record).map(|robot| robot.wire.moving != 0);
         let still = (0..2).all(|r| limiters[r].at_rest() && (!moving[r] || self.dead[r]));
         let late = (self.record.time - self.ramp_begun).seconds() > LONGEST_STOP;
@@ -682,7 +683,7 @@ impl Core {
         self.orders(sent)
     }
 
-    /// The protocols' own controlled end, a few times over, and then nothing more.
+    /// Sends the protocols' own end of session several times, then nothing.
     fn end(&mut self, cycles: u32) -> Orders {
         self.state = if cycles + 1 >= END_CYCLES { State::Over } else { State::Ending { cycles: cycles + 1 } };
         let at = self.limiters.as_ref().map_or(self.axes[0], |limiters| limiters.each_ref().map(Limiter::position));
@@ -701,7 +702,7 @@ impl Core {
     }
 }
 
-/// Direction of part A's motion beside part B's, or from part B to part A and back where nothing moves.
+/// Returns the direction of part A's motion relative to part B, or from B to A if both are at rest.
 fn approach(first: &Parts<f64>) -> Vec3<f64> {
     let (speed, apart) = (first.a.velocity - first.b.velocity, first.b.position - first.a.position);
     let way = if speed.norm() > 1e-6 { speed } else { apart };

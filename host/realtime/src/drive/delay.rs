@@ -1,8 +1,7 @@
-//! The dead time between a robot's commands and its motion, measured from the records of a drive.
+//! Identifies the dead time between a robot's commands and its motion from the records of a session.
 //!
-//! What a command asks of an axis is known for every instant: interpolators move on lines between commands. That
-//! course, seen through the robot's own lag if it has one and shifted by the dead time, is fitted to the measured axes
-//! by least squares.
+//! Commands define a position for every instant: interpolators move linearly between them. This trajectory is filtered
+//! by the robot's lag, if it has one, shifted by the dead time, and fitted to the measured axes by least squares.
 
 mod fit;
 mod response;
@@ -16,91 +15,91 @@ use crate::signals::AXES;
 use crate::time::Nanos;
 use response::Course;
 
-/// An axis moves if its commands span this much \[rad\], \[m\].
+/// Least range of an axis' commands that counts as motion \[rad\], \[m\].
 const MOVING: f64 = 1e-3;
 
-/// Which clock counts.
+/// Clock of the time stamps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Timing {
-    /// The robot's own stamps (IPOC of RSI): what the network does to datagrams does not count.
+pub enum DelayClock {
+    /// The robot's own stamps (IPOC of RSI), without network jitter.
     Robot,
-    /// Arrivals of its reports on our clock.
+    /// Arrival times of the reports on our clock.
     Ours,
 }
 
-/// What a protocol states of a robot's commands.
+/// Command timing that a protocol states.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Stated {
+pub struct ProtocolTiming {
     /// Period of its commands.
     pub cycle: Nanos,
-    /// From the instant of a report to the one for which the command that answers it is meant.
+    /// Time from a report to the instant for which the command that answers it is meant.
     pub ahead: Nanos,
 }
 
-impl Stated {
-    /// Emulated in process, and drives in CSP: a command is for the end of the cycle that begins with it.
+impl ProtocolTiming {
+    /// Creates the timing of robots emulated in process, and of drives in CSP: a command is for the end of its cycle.
     pub fn one_cycle(cycle: Nanos) -> Self {
         Self { cycle, ahead: cycle }
     }
 
-    /// RSI: an answer is taken at the end of its cycle, and reached at the end of the next one.
+    /// Creates the timing of RSI: an answer is taken at the end of its cycle, and reached at the end of the next one.
     pub fn two_cycles(cycle: Nanos) -> Self {
         Self { cycle, ahead: cycle * 2 }
     }
 }
 
-/// What is known of a robot's own lag.
+/// Prior knowledge of a robot's lag.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Response {
-    /// It has none: all that delays it is dead time.
+pub enum ServoResponse {
+    /// No lag: dead time only.
     None,
-    /// This one.
+    /// Known lag.
     Known(Lag),
-    /// Of first order; to be fitted.
+    /// First order; fitted.
     First,
-    /// Of second order with a zero; to be fitted.
+    /// Second order with a zero; fitted.
     Second,
 }
 
-/// The measured dead time of a robot.
+/// The identified dead time of a robot.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Delay {
-    /// Dead time beyond what the protocol states \[s\].
+pub struct DeadTime {
+    /// Dead time in addition to the protocol's stated timing \[s\].
     pub dead_time: f64,
-    /// Its standard error \[s\], with the correlation of successive residuals in the count of samples.
+    /// Standard error \[s\]; accounts for the correlation of successive residuals.
     pub error: f64,
-    /// The lag with which the dead time goes.
+    /// The lag fitted together with the dead time.
     pub lag: Option<Lag>,
-    /// Root mean square of what stays unexplained \[rad\], \[m\].
+    /// Root mean square of the residuals \[rad\], \[m\].
     pub residual: f64,
     /// Samples of moving axes.
     pub samples: usize,
 }
 
-impl Delay {
-    /// How much later slow motion comes: the dead time and the lag's own delay at low frequency \[s\].
+impl DeadTime {
+    /// Returns the delay of slow motion: dead time plus the lag's delay at low frequency \[s\].
     pub fn of_slow_motion(&self) -> f64 {
         self.dead_time + self.lag.map_or(0.0, Lag::delay)
     }
 }
 
-/// Dead times of robots 1 and 2 (of the emulated ones, where both kinds are there), from a drive's records in order;
-/// `None` for a robot that has not moved.
+/// Identifies the dead times of robots 1 and 2 (of the emulated ones, if both kinds exist) from a session's records in
+/// order; `None` for a robot that has not moved.
 ///
-/// It counts from the instant for which a command was meant, which is the instant of the report that it answered and
-/// [`Stated::ahead`], to the instant of the report that shows the axes there. So with [`Stated::one_cycle`] a command
-/// sent at t and reached at t + cycle has a dead time of 0, and over RSI one that is reached two cycles after the
-/// report that it answered. With [`Timing::Robot`] both instants are the robot's own stamps; with [`Timing::Ours`] both are
-/// arrivals on our clock, so that a constant transport of the reports cancels and their jitter is noise.
+/// The dead time counts from the instant for which a command was meant (the report that it answered plus
+/// [`ProtocolTiming::ahead`]) to the report that shows the axes there. With [`ProtocolTiming::one_cycle`] a command
+/// sent at t and reached at t + cycle has a dead time of 0; over RSI, one reached two cycles after the report that it
+/// answered. With [`DelayClock::Robot`] both instants are the robot's own stamps. With [`DelayClock::Ours`] both are
+/// arrivals on our clock: a constant transport time of the reports cancels and their jitter is noise.
 ///
-/// Records that the log has lost, and lost packets, are held over as the robots do. A fitted lag and the dead time are
-/// told apart by quick changes of speed alone: see [`Delay::error`].
+/// Lost records and packets are held over, as the robots do. Only fast changes of speed make lag and dead time
+/// separately identifiable: see [`DeadTime::error`].
 pub fn delays(
     records: &[CycleRecord],
-    stated: [Stated; 2],
-    timing: Timing,
-    response: [Response; 2],
-) -> [Option<Delay>; 2] {
+    stated: [ProtocolTiming; 2],
+    timing: DelayClock,
+    response: [ServoResponse; 2],
+) -> [Option<DeadTime>; 2] {
     std::array::from_fn(|robot| {
         let history = History::of(records, robot, stated[robot], timing);
         fit::fit(&history.axes, response[robot])
@@ -109,19 +108,19 @@ pub fn delays(
 
 /// Commands and measurements of one axis.
 struct Axis {
-    /// Where it was asked to be.
+    /// Commanded positions.
     course: Course,
-    /// When it was measured \[s\], and where.
+    /// Times \[s\] and positions of the measurements.
     measured: Vec<(f64, f64)>,
 }
 
-/// The moving axes of a robot.
+/// Collects the moving axes of a robot.
 struct History {
     axes: Vec<Axis>,
 }
 
 impl History {
-    fn of(records: &[CycleRecord], robot: usize, stated: Stated, timing: Timing) -> Self {
+    fn of(records: &[CycleRecord], robot: usize, stated: ProtocolTiming, timing: DelayClock) -> Self {
         let mut commands: Vec<(f64, [f64; AXES])> = Vec::new();
         let mut measured: Vec<(f64, [f64; AXES])> = Vec::new();
         let mut begin = None;
@@ -129,8 +128,8 @@ impl History {
             if record.flags & robot_flags::FRESH == 0 {
                 continue;
             }
-            let instant = if timing == Timing::Robot { record.stamp } else { record.received };
-            // Near zero a number of seconds has all its digits.
+            let instant = if timing == DelayClock::Robot { record.stamp } else { record.received };
+            // A time near zero has all digits as a floating-point number.
             let time = (instant - *begin.get_or_insert(instant)).seconds();
             let Some(command) = told(record).or_else(|| commands.last().map(|(_, last)| *last)) else {
                 continue;
@@ -146,12 +145,12 @@ impl History {
     }
 }
 
-/// What a robot was told in a cycle; nothing if it was asked to stay or nothing was sent.
+/// Returns the command of a robot in a cycle; `None` if it was to hold or nothing was sent.
 fn told(record: &RobotRecord) -> Option<[f64; AXES]> {
     matches!(record.order, OrderKind::Move | OrderKind::End).then_some(record.command)
 }
 
-/// Adds a command; one after a gap is not approached before its own cycle.
+/// Adds a command; after a gap the trajectory stays constant until the command's own cycle.
 fn hold_over(commands: &mut Vec<(f64, [f64; AXES])>, time: f64, cycle: f64, command: [f64; AXES]) {
     if let Some((last, held)) = commands.last().copied() {
         if time <= last {

@@ -1,4 +1,4 @@
-//! What a cycle hands to the operator: a small sample each cycle and a notice now and then, over rings that never wait.
+//! Data from the cycle to the operator's view over lock-free rings: a sample each cycle, and occasional notices.
 
 use super::checklist::{Check, Checklist};
 use super::core::Core;
@@ -10,12 +10,12 @@ use crate::time::Nanos;
 use rtrb::{Consumer, Producer, RingBuffer};
 use softdock_kernels::vector::{Pose, Vec3};
 
-/// Samples that wait for the view: four seconds at 1 kHz.
+/// Capacity of the sample ring: four seconds at 1 kHz.
 pub(crate) const RING_SAMPLES: usize = 4096;
-/// Notices that wait for the view.
+/// Capacity of the notice ring.
 const RING_NOTICES: usize = 64;
 
-/// What the view needs of one cycle.
+/// Sample of a cycle for the view.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Sample {
     /// Cycle since the start of the drive.
@@ -32,43 +32,43 @@ pub struct Sample {
     pub force: f64,
     /// Magnitude of the compensated moment \[N m\].
     pub moment: f64,
-    /// Distance of part A, part B from where the simulation has them \[m\].
+    /// Distance of part A, part B from their simulated positions \[m\].
     pub tracking: [f64; 2],
-    /// Energy that the contact has created \[J\].
+    /// Energy injected by the facility \[J\].
     pub energy: f64,
     /// Age of the sensor's sample.
     pub sensor_age: Nanos,
-    /// Cycles so far whose work took too long.
+    /// Overruns so far.
     pub overruns: u64,
-    /// Records that the log has lost.
+    /// Records lost by the log.
     pub log_dropped: u64,
     /// Robots 1 and 2.
     pub robots: [RobotSample; 2],
 }
 
-/// What the view needs of a robot in one cycle.
+/// Sample of a robot for the view.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RobotSample {
-    /// There is one; the emulated one where no real one is driven.
+    /// Whether the robot exists; the emulated one where no real one is driven.
     pub present: bool,
-    /// Start of the cycle after its due instant.
+    /// Delay of the cycle's start after its due time.
     pub lateness: Nanos,
-    /// From its report to our answer.
+    /// Time from its report to our answer.
     pub round_trip: Nanos,
-    /// Packets that never came.
+    /// Lost packets.
     pub lost: u64,
-    /// Packets that came too late to be used.
+    /// Packets that arrived too late to be used.
     pub stale: u64,
-    /// Answers that came too late for the robot, or were not sent because they would have.
+    /// Answers that were late at the robot, or not sent because they would have been.
     pub late: u64,
     /// Share of each axis' nearest limit in use, 1 at the limit.
     pub limit_used: [f64; AXES],
-    /// Limits that the command has met.
+    /// Limits that clamped the command.
     pub limits: LimitFlags,
 }
 
 impl Sample {
-    /// What the view needs of a record.
+    /// Returns the sample of a record.
     pub fn of(record: &CycleRecord) -> Self {
         let force = &record.ft.compensated;
         let apart = |held: &Pose<f64>, simulated: Vec3<f64>| length(held.position.zip(simulated, |a, b| a - b));
@@ -116,30 +116,30 @@ impl RobotSample {
     }
 }
 
-/// What the view needs besides, now and then.
+/// Occasional data for the view.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Notice {
-    /// The checks of the start-up.
+    /// The start-up checks.
     pub checklist: Checklist,
-    /// The check that has refused the session.
+    /// The check that refused the session.
     pub refusal: Option<Check>,
-    /// When the session was stopped, since its start, and why.
+    /// Time since the start and cause of the stop.
     pub stopped: Option<(Nanos, Alarm)>,
-    /// How far robot 1 has moved its part back after the stop \[m\].
+    /// Distance by which robot 1 has retracted its part after the stop \[m\].
     pub retracted: Option<f64>,
 }
 
-/// A notice every so many cycles, and one at the end.
+/// Cycles between two notices; one more is sent at the end.
 const NOTICE_EVERY: u64 = 25;
 
-/// The cycle's end of the view.
+/// The cycle's end of the rings.
 pub struct Feed {
     ring: Producer<Sample>,
     notices: Producer<Notice>,
 }
 
 impl Feed {
-    /// Shows what the decisions have found, every 25th cycle and at the end; neither waits nor allocates.
+    /// Sends a notice, every 25th cycle and at the end; neither waits nor allocates.
     pub fn notice(&mut self, core: &Core) {
         let record = core.record();
         if record.cycle.is_multiple_of(NOTICE_EVERY) || record.phase == Phase::Stopped {
@@ -149,37 +149,37 @@ impl Feed {
         }
     }
 
-    /// Shows a cycle, unless the view is behind; neither waits nor allocates.
+    /// Sends a sample, unless the ring is full; neither waits nor allocates.
     pub fn push(&mut self, record: &CycleRecord) {
-        // A cycle that the view misses is in the log.
+        // The log has every sample that the view misses.
         let _ = self.ring.push(Sample::of(record));
     }
 }
 
-/// The view's end of what a cycle hands over.
+/// The view's end of the rings.
 pub struct Samples {
     ring: Consumer<Sample>,
     notices: Consumer<Notice>,
 }
 
 impl Samples {
-    /// The next cycle that the view has not seen; none if it has seen all.
+    /// Returns the next unread sample; `None` if all are read.
     pub fn next_sample(&mut self) -> Option<Sample> {
         self.ring.pop().ok()
     }
 
-    /// The next notice that the view has not seen.
+    /// Returns the next unread notice.
     pub fn next_notice(&mut self) -> Option<Notice> {
         self.notices.pop().ok()
     }
 
-    /// Whether the cycle has dropped its end: no more samples come.
+    /// Whether the cycle has closed its end: no more samples follow.
     pub fn is_abandoned(&self) -> bool {
         self.ring.is_abandoned()
     }
 }
 
-/// The cycle's end and the view's end of the rings between them, their memory touched.
+/// Creates both ends of the rings, with their memory touched.
 pub fn feed() -> (Feed, Samples) {
     let (ring, samples) = touched(RING_SAMPLES, Sample::default());
     let (notices, noticed) = touched(RING_NOTICES, Notice::default());

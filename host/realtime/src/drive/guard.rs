@@ -1,4 +1,4 @@
-//! What stops a session, evaluated once a cycle: links and samples here, all else by the rules that the farm steps too.
+//! Stop conditions of a session, evaluated once per cycle: links and samples here, all others by the rules of the farm.
 
 use crate::limiter::Cut;
 use crate::log::codes::StopCause;
@@ -15,34 +15,35 @@ use softdock_kernels::session::{Observed, Rule, Session, axes_asked, clearance, 
 use softdock_kernels::space::{Parts, Wrench};
 use std::sync::Arc;
 
-/// What a cycle has seen.
+/// Inputs of the guard in one cycle.
 #[derive(Clone, Copy, Debug)]
-pub struct Seen<'a> {
-    /// The time of the cycle.
+pub struct GuardInputs<'a> {
+    /// Time of the cycle.
     pub now: Nanos,
-    /// Robots' reports that came in it.
+    /// Robot reports that arrived in the cycle.
     pub robots: &'a [Option<RobotState>; 2],
-    /// How the robots stand to what they have been sent.
+    /// State of each robot relative to its commands.
     pub wires: &'a [WireState; 2],
-    /// Reports of the robots that were lost so far.
+    /// Robot reports lost so far.
     pub lost: [u64; 2],
-    /// The sensor's sample that came in it.
+    /// Sensor sample that arrived in the cycle.
     pub sample: Option<&'a ForceSample>,
-    /// Wrenches on part A of the newest sample and of the sample farthest from those before, with what tare there is.
+    /// Wrenches on part A, tared as far as the tare is known: of the newest sample, and of the largest change in the
+    /// cycle.
     pub wrenches: [Wrench<f64>; 2],
-    /// How far the robots' tools are from what was sent, and how fast they were sent.
+    /// Error of each robot's tool from its command, and commanded speed.
     pub tools: [ToolError; 2],
-    /// The session is being stopped already: no rule changes anything any more.
+    /// The session is stopping already; further rules change nothing.
     pub stopping: bool,
-    /// Parts and wrench as measured, once the sensor is tared.
+    /// Measured parts and wrench, after the tare.
     pub measured: Option<&'a Measured>,
-    /// What the parts were commanded to do by now.
+    /// Commanded motion of the parts at this time.
     pub commanded: &'a Parts<f64>,
-    /// The run, once it has begun.
+    /// Progress of the run, once it has begun.
     pub progress: Option<Progress>,
 }
 
-/// How far a robot's tool is from its command, and how fast that is.
+/// Error of a robot's tool from its command, and its commanded speed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ToolError {
     /// Distance \[m\].
@@ -55,48 +56,53 @@ pub struct ToolError {
     pub turn_rate: f64,
 }
 
-/// A reason to stop; a dead link is told nothing more.
+/// A reason to stop; a dead link receives no further commands.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Alarm {
-    /// Why.
+    /// Cause.
     pub cause: StopCause,
     /// The robot whose link is dead, 0 or 1.
     pub dead: Option<usize>,
-    /// What was found beyond its limit, where that can be said.
-    pub found: Option<Found>,
+    /// Value beyond its limit, where one is known.
+    pub found: Option<LimitViolation>,
 }
 
 /// A value beyond its limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Found {
-    /// The robot, 0 or 1, if it is about one.
+pub struct LimitViolation {
+    /// Robot, 0 or 1, if one is concerned.
     pub robot: Option<usize>,
-    /// Its axis, if it is about one.
+    /// Axis, if one is concerned.
     pub axis: Option<usize>,
-    /// The value.
+    /// Value.
     pub value: f64,
-    /// What is allowed.
+    /// Limit.
     pub limit: f64,
     /// Unit of both.
     pub unit: &'static str,
 }
 
 impl Alarm {
-    /// A cause without a value.
+    /// Creates an alarm without a value.
     pub fn of(cause: StopCause) -> Self {
         Self { cause, dead: None, found: None }
     }
 
-    /// A value of a robot beyond its limit.
+    /// Creates an alarm of a robot's value beyond its limit.
     fn beyond(cause: StopCause, robot: usize, value: f64, limit: f64, unit: &'static str) -> Self {
-        Self { found: Some(Found { robot: Some(robot), axis: None, value, limit, unit }), ..Self::of(cause) }
+        Self { found: Some(LimitViolation { robot: Some(robot), axis: None, value, limit, unit }), ..Self::of(cause) }
     }
 
-    /// A rule of the session that was met.
+    /// Creates an alarm of a session rule.
     fn of_rule(plant: &Plant, stop: Stop) -> Self {
         let row = stop.rule.row();
-        let found =
-            Found { robot: None, axis: None, value: stop.value, limit: (row.limit)(&plant.facility), unit: row.unit };
+        let found = LimitViolation {
+            robot: None,
+            axis: None,
+            value: stop.value,
+            limit: (row.limit)(&plant.facility),
+            unit: row.unit,
+        };
         Self { found: Some(found), ..Self::of(cause_of(stop.rule)) }
     }
 }
@@ -107,24 +113,24 @@ pub struct Guard {
     plant: Arc<Plant>,
     links: LinkRules,
     sensor: StationSensor,
-    /// Periods of the robots' reports.
+    /// Report periods of the robots.
     cycles: [Nanos; 2],
     last_report: [Nanos; 2],
     last_sample: Nanos,
     session: Session<f64>,
     stop: Option<Stop>,
-    /// The last command was cut to the limits of an axis.
+    /// The last command was clamped to the limits of an axis.
     cut: bool,
     budgets: [Budget; 2],
-    /// Commanded speed and angular speed of each robot's tool, fading after they were there: a robot comes in late.
+    /// Commanded speed and angular speed of each robot's tool, held and decaying: a robot lags behind its command.
     paces: [[f64; 2]; 2],
     worst: [[f64; 2]; 2],
 }
 
-/// A window is counted in so many slots at most.
+/// Greatest number of slots of a window.
 const SLOTS: usize = 64;
 
-/// Lost cycles of a robot within the window, a slot of some cycles at a time: the window is never shorter than asked for.
+/// Lost cycles of a robot within a sliding window of slots; the window is never shorter than configured.
 #[derive(Clone, Copy, Debug)]
 struct Budget {
     slots: [u64; SLOTS],
@@ -132,19 +138,19 @@ struct Budget {
     at: usize,
     cycles_per_slot: u32,
     cycles: u32,
-    /// Lost cycles so far; none before the first cycle.
+    /// Total lost cycles so far; `None` before the first cycle.
     before: Option<u64>,
 }
 
 impl Budget {
-    /// A window of so many cycles.
+    /// Creates a window of a number of cycles.
     fn new(cycles: u32) -> Self {
         let cycles_per_slot = cycles.div_ceil(SLOTS as u32 - 1).max(1);
         let used = (cycles.div_ceil(cycles_per_slot) as usize + 1).min(SLOTS);
         Self { slots: [0; SLOTS], used, at: 0, cycles_per_slot, cycles: 0, before: None }
     }
 
-    /// Takes in the lost cycles so far; gives those within the window.
+    /// Takes the total of lost cycles; returns those within the window.
     fn take(&mut self, so_far: u64) -> u64 {
         if self.cycles == self.cycles_per_slot {
             (self.at, self.cycles) = ((self.at + 1) % self.used, 0);
@@ -158,7 +164,7 @@ impl Budget {
 }
 
 impl Guard {
-    /// A guard that has just seen everything, at `now`; the plant holds the session's rules.
+    /// Creates a guard at `now`, with all links taken as just received; the plant holds the session's rules.
     pub fn new(plant: Arc<Plant>, station: &Station, cycles: [Nanos; 2], now: Nanos) -> Self {
         let (links, session) = (station.links, new_session());
         let budgets = [Budget::new((links.window / cycles[0].seconds()).ceil() as u32); 2];
@@ -178,35 +184,35 @@ impl Guard {
         }
     }
 
-    /// The run begins: energies count from here.
+    /// Starts the run: energies count from here.
     pub fn begin_run(&mut self) {
         self.session = new_session();
     }
 
-    /// The rule that was met, and by what.
+    /// Returns the rule that stopped the session, with its value.
     pub fn stop(&self) -> Option<Stop> {
         self.stop
     }
 
-    /// Notes that a command was beyond the range of a joint, before the rule itself could see it.
+    /// Records that a command exceeded a joint range, before the rule evaluates it.
     pub fn meet_joint_range(&mut self) {
         self.stop.get_or_insert(Stop { rule: Rule::JointRange, value: 1.0 });
     }
 
-    /// Energy injected by the facility since the run began \[J\].
+    /// Returns the energy injected by the facility since the run began \[J\].
     pub fn injected_energy(&self, progress: &Progress) -> f64 {
         progress.port_energy - self.session.work
     }
 
-    /// Cycles that robot 1 or 2 (0 or 1 here) has been silent.
+    /// Returns the cycles since the last report of robot 0 or 1.
     pub fn lost(&self, robot: usize, now: Nanos) -> u32 {
         let cycles = (now - self.last_report[robot]).0 as f64 / self.cycles[robot].0 as f64;
-        // A report counts as lost when the next one could almost be there.
+        // A report counts as lost when the next one is almost due.
         (cycles - 0.4).max(0.0) as u32
     }
 
-    /// The first reason to stop, if there is one. Before the tare the rules but those of force and moment are silent.
-    pub fn check(&mut self, seen: &Seen) -> Option<Alarm> {
+    /// Returns the first reason to stop. Before the tare only the rules of force and moment are silent.
+    pub fn check(&mut self, seen: &GuardInputs) -> Option<Alarm> {
         for (r, report) in seen.robots.iter().enumerate() {
             if report.is_some() {
                 self.last_report[r] = seen.now;
@@ -221,7 +227,7 @@ impl Guard {
         if let Some(alarm) = (0..2).find_map(|r| self.of_tool(r, &seen.tools[r])) {
             return Some(alarm);
         }
-        // Before the tare the bias that the sensor may have is in the readings.
+        // Before the tare the readings contain the sensor's bias.
         let bias = if seen.measured.is_some() { [0.0; 2] } else { self.sensor.bias };
         if seen.stopping {
             return None;
@@ -238,8 +244,8 @@ impl Guard {
         Some(Alarm::of_rule(&self.plant, stop))
     }
 
-    /// What a robot's link and the robot itself give reason for.
-    fn of_link(&mut self, robot: usize, seen: &Seen) -> Option<Alarm> {
+    /// Checks a robot's link and the robot's own state.
+    fn of_link(&mut self, robot: usize, seen: &GuardInputs) -> Option<Alarm> {
         let (links, wire) = (self.links, &seen.wires[robot]);
         let cycles =
             |cause, cycles: u64, limit: u32| Alarm::beyond(cause, robot, cycles as f64, f64::from(limit), "cycles");
@@ -260,7 +266,7 @@ impl Guard {
             }
         }
         if wire.off_course > 0 {
-            // What it is asked for means something else to it: it is asked for nothing any more.
+            // The robot interprets commands differently: send none.
             return Some(Alarm { dead: Some(robot), ..Alarm::of(StopCause::SetPoint) });
         }
         if wire.early > 0 {
@@ -277,19 +283,19 @@ impl Guard {
         (led_back > links.catch_up).then(|| Alarm::beyond(StopCause::CatchUp, robot, led_back, links.catch_up, "s"))
     }
 
-    /// The rule of the session that is met in this cycle.
-    fn of_rules(&mut self, seen: &Seen) -> Option<Stop> {
+    /// Evaluates the session rules of this cycle.
+    fn of_rules(&mut self, seen: &GuardInputs) -> Option<Stop> {
         let measured = seen.measured?;
         if let Some(progress) = seen.progress.filter(|progress| progress.unstable) {
             return Some(Stop { rule: Rule::Divergence, value: progress.speed });
         }
-        // Before the run nothing goes through the port.
+        // Before the run no energy passes the port.
         let port_energy = seen.progress.map_or(f64::NEG_INFINITY, |progress| progress.port_energy);
         self.step_rules(measured, seen.commanded, port_energy);
         Stop::of_session(self.session.rule, self.session.value)
     }
 
-    /// Energy injected beyond its budget by a time of the run, now that a report has the motion until then.
+    /// Evaluates the injected energy at a time of the run, once a report covers the motion until then.
     pub fn injected(&mut self, port_energy: f64, measured: &Measured, commanded: &Parts<f64>) -> Option<Alarm> {
         self.step_rules(measured, commanded, port_energy);
         let value = port_energy - self.session.work;
@@ -300,7 +306,7 @@ impl Guard {
         })
     }
 
-    /// A cycle of the session's rules.
+    /// Steps the session rules by one cycle.
     fn step_rules(&mut self, measured: &Measured, commanded: &Parts<f64>, port_energy: f64) {
         let asked = axes_asked(&self.plant, commanded);
         let observed = Observed {
@@ -317,7 +323,7 @@ impl Guard {
         self.session = supervise(&self.plant, &self.session, &observed, self.cycles[0].seconds());
     }
 
-    /// A robot's tool farther from its command than its speed explains.
+    /// Checks a robot's tool error against the error that its speed explains.
     fn of_tool(&mut self, robot: usize, tool: &ToolError) -> Option<Alarm> {
         let kept = (-self.cycles[0].seconds() / self.links.tracking.time).exp();
         let [speed, turn_rate] = &mut self.paces[robot];
@@ -332,17 +338,17 @@ impl Guard {
         is_beyond(tool.angle, angle).then(|| Alarm::beyond(StopCause::Tracking, robot, tool.angle, angle, "rad"))
     }
 
-    /// Greatest distance \[m\] and angle \[rad\] of each robot's tool from its command so far.
+    /// Returns the greatest distance \[m\] and angle \[rad\] of each robot's tool from its command so far.
     pub fn worst_tracking(&self) -> [[f64; 2]; 2] {
         self.worst
     }
 
-    /// Geometry and measured force that contradict each other, as long as no latch holds the parts.
-    fn of_contact(&self, seen: &Seen) -> Option<Alarm> {
+    /// Checks whether geometry and measured force contradict each other, while no latch holds the parts.
+    fn of_contact(&self, seen: &GuardInputs) -> Option<Alarm> {
         let measured = seen.measured.filter(|_| !seen.progress.is_some_and(|progress| progress.captured))?;
         let depth = deepest_overlap(&self.plant, &measured.parts)?.depth;
         let (force, limits) = (measured.wrench.force.norm(), &self.links.contact);
-        let found = |value, limit, unit| Some(Found { robot: None, axis: None, value, limit, unit });
+        let found = |value, limit, unit| Some(LimitViolation { robot: None, axis: None, value, limit, unit });
         if depth > limits.blind_overlap && force < self.sensor.touch_force {
             let found = found(depth, limits.blind_overlap, "m");
             return Some(Alarm { found, ..Alarm::of(StopCause::BlindSensor) });
@@ -354,7 +360,7 @@ impl Guard {
         })
     }
 
-    /// A force or moment beyond its limit in any sample of the cycle, from the first motion on.
+    /// Checks force and moment of every sample of the cycle, from the first motion on.
     fn of_force(&self, wrenches: &[Wrench<f64>; 2], bias: [f64; 2]) -> Option<Stop> {
         let rules = &self.plant.facility.rules;
         let most = |size: fn(&Wrench<f64>) -> f64| size(&wrenches[0]).max(size(&wrenches[1]));
@@ -365,7 +371,7 @@ impl Guard {
         is_beyond(moment, rules.moment + bias[1]).then_some(Stop { rule: Rule::Moment, value: moment })
     }
 
-    fn of_sensor(&mut self, seen: &Seen) -> Option<StopCause> {
+    fn of_sensor(&mut self, seen: &GuardInputs) -> Option<StopCause> {
         if let Some(sample) = seen.sample {
             self.last_sample = seen.now;
             let w = sample.wrench;
@@ -382,8 +388,8 @@ impl Guard {
         None
     }
 
-    /// Whether a limited command is a reason to stop at once: it left a range or was no number. A command that is cut
-    /// to speed, acceleration or jerk counts towards the session's clamp time.
+    /// Whether a clamped command is a reason to stop at once: it left a range or was no number. A command that is
+    /// clamped in speed, acceleration or jerk counts towards the session's clamp time.
     pub fn of_command(&mut self, cuts: &[Cut; 2], reachable: bool) -> Option<StopCause> {
         self.cut = cuts.iter().any(Cut::any);
         if cuts.iter().any(|cut| cut.not_finite != 0) {
@@ -394,12 +400,12 @@ impl Guard {
     }
 }
 
-/// Whether a value is beyond its limit; a NaN is.
+/// Whether a value exceeds its limit; NaN does.
 fn is_beyond(value: f64, limit: f64) -> bool {
     value.is_nan() || value > limit
 }
 
-/// The cause in the log of a rule that was met.
+/// Maps a session rule to its cause in the log.
 pub fn cause_of(rule: Rule) -> StopCause {
     match rule {
         Rule::Force | Rule::Moment => StopCause::ForceLimit,
@@ -422,15 +428,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lost_cycles_are_counted_within_the_window_and_no_longer() {
+    fn lost_cycles_count_only_within_the_window() {
         for window in [1, 3, 63, 64, 250, 10_000] {
             let mut budget = Budget::new(window);
-            assert_eq!(budget.take(100), 0, "what was lost before counts for nothing");
+            assert_eq!(budget.take(100), 0, "losses before the first cycle do not count");
             let mut lost = 100;
             for cycle in 0..3 * window {
                 lost += u64::from(cycle % 2 == 0);
                 let (found, most) = (budget.take(lost), u64::from(window));
-                // Half of the cycles, over the window and at most two slots of it more.
+                // Half of the cycles, over the window and at most two further slots.
                 let slot = u64::from(budget.cycles_per_slot);
                 let least = u64::from(cycle.min(window)) / 2;
                 assert!(

@@ -1,7 +1,7 @@
 //! A drive: one run on real or emulated robots, cycle by cycle.
 //!
-//! [`core`] decides, from what the links have brought, what the robots are told: no link, no clock and no surprise, so
-//! that a log can be replayed bit for bit. [`session`] carries the links and the clock around it.
+//! [`core`] maps the inputs of a cycle to the commands of the robots, without links and clocks, so that a log replays
+//! bit for bit. [`session`] adds the links and the clock.
 
 pub mod checklist;
 pub mod controls;

@@ -1,4 +1,4 @@
-//! Motions besides the run's own: to the start pose in joint space, and from rest onto the run's first motion.
+//! Motions other than the run's own: to the start pose in joint space, and from rest to the run's first motion.
 
 use crate::signals::AXES;
 use softdock_campaign::station::AxisLimits;
@@ -20,7 +20,7 @@ pub struct JointMove {
 }
 
 impl JointMove {
-    /// The move of both robots that keeps a tenth of every limit.
+    /// Plans the move of both robots within a tenth of every limit.
     pub fn new(from: [[f64; AXES]; 2], to: [[f64; AXES]; 2], limits: &[AxisLimits; AXES]) -> Self {
         let needs = |way: f64, limit: &AxisLimits| {
             let bounds = [limit.speed, limit.acceleration, limit.jerk];
@@ -39,7 +39,7 @@ impl JointMove {
         Self { from, to, duration }
     }
 
-    /// Where the axes shall be at a time after its begin \[s\].
+    /// Returns the axes at a time after the begin \[s\].
     pub fn at(&self, time: f64) -> [[f64; AXES]; 2] {
         let u = if self.duration > 0.0 { (time / self.duration).clamp(0.0, 1.0) } else { 1.0 };
         let share = unit_move(u);
@@ -47,20 +47,20 @@ impl JointMove {
         std::array::from_fn(|r| std::array::from_fn(|i| place(self.from[r][i], self.to[r][i])))
     }
 
-    /// How long it takes \[s\].
+    /// Returns the duration \[s\].
     pub fn duration(&self) -> f64 {
         self.duration
     }
 }
 
-/// Share of a move from rest to rest at a share of its time: 6 u^5 - 15 u^4 + 10 u^3.
+/// Returns the path share of a move from rest to rest at a time share: 6 u^5 - 15 u^4 + 10 u^3.
 pub(super) fn unit_move(time: f64) -> f64 {
     let u = time.clamp(0.0, 1.0);
     u * u * u * (u * (6.0 * u - 15.0) + 10.0)
 }
 
-/// From rest onto the first motion of a run: along its twist, speed rising as u^2 (3 - 2 u), then at constant speed for as
-/// long again, so that the robots' lag has settled when the run begins.
+/// Motion from rest to the first motion of a run: along its twist, speed rising as u^2 (3 - 2 u), then at constant
+/// speed for the same time, in which the robots' lag settles.
 #[derive(Clone, Copy, Debug)]
 pub struct RunIn {
     first: Parts<f64>,
@@ -68,12 +68,12 @@ pub struct RunIn {
 }
 
 impl RunIn {
-    /// A run-in of a duration \[s\] onto the first commanded motion.
+    /// Plans a run-in of a duration \[s\] to the first commanded motion.
     pub fn new(first: Parts<f64>, duration: f64) -> Self {
         Self { first, duration }
     }
 
-    /// What the parts shall do at a time after its begin \[s\]; at its end the first motion of the run.
+    /// Returns the motion of the parts at a time after the begin \[s\]; at the end, the first motion of the run.
     pub fn at(&self, m: &Plant, time: f64) -> Parts<f64> {
         let rise = 0.5 * self.duration;
         let u = (time / rise).clamp(0.0, 1.0);
@@ -86,7 +86,7 @@ impl RunIn {
         Parts { a: slow(there.a), b: slow(there.b) }
     }
 
-    /// How long it takes \[s\].
+    /// Returns the duration \[s\].
     pub fn duration(&self) -> f64 {
         self.duration
     }
@@ -97,7 +97,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_move_to_the_start_keeps_a_tenth_of_every_limit_and_uses_one() {
+    fn move_to_start_reaches_a_tenth_of_one_limit_and_exceeds_none() {
         let limit = AxisLimits { lower: -3.0, upper: 3.0, speed: 1.0, acceleration: 2.0, jerk: 20.0 };
         let (mut to, from) = ([[0.0; AXES]; 2], [[0.0; AXES]; 2]);
         (to[0][3], to[1][6]) = (1.2, -0.3);

@@ -1,9 +1,9 @@
-//! What the model expects of a drive: the same drive on an emulated facility, in process and in virtual time.
+//! Prediction of a session: the same session on an emulated facility, in process and in virtual time.
 
-use super::core::{Task, Unprepared};
+use super::core::{SessionTask, Unprepared};
 use super::session::Session;
 use crate::clock::Virtual;
-use crate::emulation::in_process::{Bench, links};
+use crate::emulation::in_process::{InProcessRig, links};
 use crate::emulation::world::World;
 use crate::log::record::CycleRecord;
 use crate::time::Nanos;
@@ -13,15 +13,15 @@ use softdock_kernels::params::Params;
 use softdock_kernels::space::Wrench;
 use std::rc::Rc;
 
-/// More cycles than any drive has.
+/// More cycles than any session has.
 const MOST_CYCLES: u64 = 10_000_000;
 
-/// How an emulated drive ended.
+/// End of a predicted session.
 #[derive(Clone, Copy, Debug)]
-pub struct Expected {
-    /// Metrics as that facility sees them.
+pub struct PredictedRun {
+    /// Metrics as measured by that facility.
     pub metrics: Metrics<f64>,
-    /// The session's rule that was met, and by what; none if no rule stopped it.
+    /// The session rule that was met, with its value; `None` if no rule stopped the session.
     pub stop: Option<Stop>,
     /// Time of the run at its end \[s\].
     pub run_time: f64,
@@ -29,29 +29,34 @@ pub struct Expected {
     pub last: CycleRecord,
 }
 
-/// Drives a task on a facility with the parameters of another draw, robots with a cycle of so long.
+/// Predicts a session on a facility with the parameters of another draw; `cycle` is that of the robots.
 ///
 /// # Errors
 /// If the run cannot be driven on these robots.
-pub fn expect(task: &Task, key: [u32; 2], facility: &Params<f64>, cycle: Nanos) -> Result<Expected, Unprepared> {
+pub fn expect(
+    task: &SessionTask,
+    key: [u32; 2],
+    facility: &Params<f64>,
+    cycle: Nanos,
+) -> Result<PredictedRun, Unprepared> {
     rehearse(task, key, facility, cycle, &mut |_| ())
 }
 
-/// The same, with a look at each cycle.
+/// Predicts a session, and passes each cycle to `watch`.
 ///
 /// # Errors
 /// As [`expect`].
 pub fn rehearse(
-    task: &Task,
+    task: &SessionTask,
     key: [u32; 2],
     facility: &Params<f64>,
     cycle: Nanos,
     see: &mut dyn FnMut(&CycleRecord),
-) -> Result<Expected, Unprepared> {
+) -> Result<PredictedRun, Unprepared> {
     let world = World::new(&task.plant, &task.station, key, task.run, facility, Wrench::zero())?;
     let clock = Rc::new(Virtual::default());
-    let bench = Bench::new(world, clock.clone(), cycle);
-    let task = Task { armed: false, to_start: true, ..task.clone() };
+    let bench = InProcessRig::new(world, clock.clone(), cycle);
+    let task = SessionTask { armed: false, to_start: true, ..task.clone() };
     let mut session = Session::new(task, links(&bench), None, clock)?;
     for _ in 0..MOST_CYCLES {
         if session.core().begins() {
@@ -64,7 +69,7 @@ pub fn rehearse(
         }
     }
     let core = session.core();
-    Ok(Expected {
+    Ok(PredictedRun {
         metrics: core.metrics(),
         stop: core.rule_met(),
         run_time: core.progress().time,

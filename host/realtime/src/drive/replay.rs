@@ -1,28 +1,28 @@
-//! A drive's log played again: the same inputs into fresh decisions, and what they give compared with what was logged.
+//! Replays a session's log: computes the decisions again from the logged inputs and compares them with the log.
 //!
-//! The decisions are pure, so that on the machine type that wrote the log every bit must come back. What only the
-//! session knows (lateness, busy time, commands as they went onto the wire) is no decision and is not compared.
+//! The decisions are pure: on the machine type that wrote the log every bit must be equal. Values that only the session
+//! knows (lateness, busy time, commands on the wire) are not decisions and are not compared.
 
-use super::core::{Arrived, Core, Inputs, Task, Unprepared};
+use super::core::{Core, CycleInputs, LinkInputs, SessionTask, Unprepared};
 use super::start::moved;
 use crate::log::codes::{OrderKind, StopCause, cycle_flags};
 use crate::log::record::{CycleRecord, RobotRecord};
-use crate::log::table::{Logged, Value, columns, store};
+use crate::log::table::{LogValue, Logged, columns, store};
 use crate::signals::Capabilities;
 use crate::time::Nanos;
 use std::fmt;
 
-/// A value that came out otherwise.
+/// A value that differs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Difference {
-    /// Cycle of the drive, as it was logged.
+    /// Logged cycle number.
     pub cycle: u64,
     /// Column of the log, with its unit as a suffix.
     pub column: String,
-    /// What the log holds.
-    pub logged: Value,
-    /// What the replay gave.
-    pub replayed: Value,
+    /// Value in the log.
+    pub logged: LogValue,
+    /// Value in the replay.
+    pub replayed: LogValue,
 }
 
 impl fmt::Display for Difference {
@@ -32,13 +32,13 @@ impl fmt::Display for Difference {
     }
 }
 
-/// A value with all its digits.
-fn text(value: Value) -> String {
+/// Formats a value with all its digits.
+fn text(value: LogValue) -> String {
     match value {
-        Value::Real(real) => format!("{real:?}"),
-        Value::Signed(whole) => whole.to_string(),
-        Value::Whole(whole) => whole.to_string(),
-        Value::Word(word) => word.to_string(),
+        LogValue::Real(real) => format!("{real:?}"),
+        LogValue::Signed(whole) => whole.to_string(),
+        LogValue::Whole(whole) => whole.to_string(),
+        LogValue::Word(word) => word.to_string(),
     }
 }
 
@@ -48,44 +48,44 @@ pub enum Unplayed {
     /// The run cannot be prepared: the task is not the one that was driven.
     #[error(transparent)]
     Unprepared(#[from] Unprepared),
-    /// Nothing was compared.
+    /// The log holds no cycle to compare.
     #[error(
-        "the log holds no cycle, so that nothing was compared: name the log.mcap of a session that has begun, or copy the \
+        "the log holds no cycle: name the log.mcap of a session that has begun, or copy the \
          file again if it was cut"
     )]
     NoCycle,
 }
 
-/// What a replay has found.
+/// Result of a replay.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Replayed {
-    /// Cycles played.
+    /// Cycles replayed.
     pub cycles: u64,
-    /// Those in which every decided column was equal bit for bit.
+    /// Cycles in which every decided column is equal bit for bit.
     pub equal: u64,
-    /// The first value that was not. Records that the log has lost show here as a difference of `cycle`.
+    /// The first difference. Records that the log has lost show here as a difference of `cycle`.
     pub first: Option<Difference>,
 }
 
-/// Plays a log again: `capabilities` are those of the robots that took the commands, `records` the whole log in order.
+/// Replays a log: `capabilities` are those of the robots that received the commands, `records` the whole log in order.
 ///
 /// # Errors
 /// If the run cannot be prepared: the task is not the one that was driven. If the log holds no cycle.
 pub fn replay(
-    task: Task,
+    task: SessionTask,
     capabilities: [Capabilities; 2],
     mut records: impl Iterator<Item = CycleRecord>,
 ) -> Result<Replayed, Unplayed> {
     let mut core = Core::new(task, capabilities)?;
     let mut replayed = Replayed::default();
     let names = columns::<CycleRecord>();
-    let [mut before, mut after] = [(); 2].map(|()| vec![Value::Whole(0); names.len()]);
+    let [mut before, mut after] = [(); 2].map(|()| vec![LogValue::Whole(0); names.len()]);
     while let Some(record) = records.next() {
         if record.cycle == core.record().cycle {
-            // The session's own end, without decisions: a stop asked for twice, or a panic in them. Nothing follows it.
+            // The session ended without decisions, after a second stop request or a panic; no cycle follows.
             if let (Some(next), None) = (records.next(), &replayed.first) {
-                let logged = Value::Whole(next.cycle);
-                let replayed_as = Value::Whole(record.cycle + 1);
+                let logged = LogValue::Whole(next.cycle);
+                let replayed_as = LogValue::Whole(record.cycle + 1);
                 replayed.first =
                     Some(Difference { cycle: next.cycle, column: "cycle".to_owned(), logged, replayed: replayed_as });
             }
@@ -108,31 +108,31 @@ pub fn replay(
     Ok(replayed)
 }
 
-/// What a cycle decided from, out of its record.
-pub fn inputs(record: &CycleRecord) -> Inputs {
+/// Reconstructs the inputs of a cycle from its record.
+pub fn inputs(record: &CycleRecord) -> CycleInputs {
     let robots = |robots: [&RobotRecord; 2]| robots.map(|robot| robot.report(Nanos(0)));
     let broken = std::array::from_fn(|link| record.broken & (1 << link) != 0);
-    // Real and emulated robots beside one another are there in a dry run alone, from its first cycle on.
+    // Only a dry run has real and emulated robots together, from its first cycle on.
     let dry = record.emulated_1.present() || record.emulated_2.present();
-    let real = Arrived {
+    let real = LinkInputs {
         robots: robots([&record.robot_1, &record.robot_2]),
         sample: record.ft.sample(Nanos(0)),
         links: [record.robot_1.link, record.robot_2.link, record.ft.link],
         broken: [false; 3],
         wires: [record.robot_1.wire, record.robot_2.wire],
     };
-    let emulated = Arrived {
+    let emulated = LinkInputs {
         robots: robots(moved(record)),
         sample: record.emulated_ft.sample(Nanos(0)),
         wires: moved(record).map(|robot| robot.wire),
-        ..Arrived::default()
+        ..LinkInputs::default()
     };
     let request = (record.request != StopCause::None).then_some(record.request);
-    let moved = Arrived { broken, ..if dry { emulated } else { real } };
-    Inputs { now: record.time, moved, exercised: dry.then_some(real), request, go: record.go != 0 }
+    let moved = LinkInputs { broken, ..if dry { emulated } else { real } };
+    CycleInputs { now: record.time, moved, exercised: dry.then_some(real), request, go: record.go != 0 }
 }
 
-/// A record without what the session and the log have added to it.
+/// Clears the fields of a record that session and log add.
 fn decided(record: &CycleRecord) -> CycleRecord {
     let robot = |robot: RobotRecord| RobotRecord {
         order: OrderKind::None,

@@ -1,21 +1,21 @@
-//! A session to its end: cycle after cycle, with log, evidence, view and whoever wants it stopped.
+//! Runs a session to its end: cycles with log, evidence, view and stop requests.
 
 use super::controls::Controls;
 use super::feed::Feed;
 use super::session::Session;
 use crate::log::codes::StopCause;
-use crate::log::evidence::Evidence;
+use crate::log::evidence::EvidenceBuffer;
 use crate::log::writer::LogWriter;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
-/// What the cycle hands its records to.
+/// Receivers of the cycle's records.
 pub struct Keeping {
-    /// The log's ring.
+    /// Ring of the log.
     pub log: Option<LogWriter>,
     /// The last seconds.
-    pub evidence: Evidence,
-    /// The operator's view.
+    pub evidence: EvidenceBuffer,
+    /// Operator's view.
     pub feed: Option<Feed>,
 }
 
@@ -23,7 +23,7 @@ impl Keeping {
     fn take(&mut self, session: &Session) {
         let record = session.record();
         if let Some(log) = &mut self.log {
-            // A record that the log loses is counted there, and the evidence has it.
+            // The log counts a record that it loses; the evidence still has it.
             let _ = log.push(*record);
         }
         self.evidence.push(record);
@@ -34,7 +34,7 @@ impl Keeping {
     }
 }
 
-/// Who may want the run stopped, besides the operator at the view.
+/// Stop requests other than the operator's.
 #[derive(Debug, Default)]
 pub struct Alarms {
     /// SIGINT and SIGTERM so far.
@@ -43,9 +43,9 @@ pub struct Alarms {
     pub panicked: AtomicBool,
 }
 
-/// Drives to the end of the session; the protocols' own end comes at once if a stop is asked for twice.
+/// Runs a session to its end; a second stop request ends the protocol sessions at once.
 ///
-/// A panic of the cycle itself is caught: what was sent last is ramped down by the limiters of the wire alone.
+/// Catches a panic of the cycle: the limiters of the wire then ramp the last commands to rest.
 pub fn run(session: &mut Session, keeping: &mut Keeping, controls: &Controls, alarms: &Alarms) {
     loop {
         if controls.has_go() {

@@ -1,9 +1,9 @@
-//! The session around the decisions: links and clock of a drive.
+//! A session: the decisions with their links and their clock.
 //!
-//! Robot 1 gives the beat, by its packets or by its timer. While the session waits for it, robot 2 is answered in its
-//! own cycle from the last command. Nothing here allocates, prints or locks once the session runs.
+//! Robot 1 is the clock master, by its packets or by a timer. While the session waits for robot 1, robot 2 is answered
+//! in its own cycle from the last command. The running session does not allocate, print or lock.
 
-use super::core::{Arrived, Core, Inputs, Orders, Task, Unprepared};
+use super::core::{Core, CycleInputs, LinkInputs, Orders, SessionTask, Unprepared};
 use super::wire::Wire;
 use crate::clock::Clock;
 use crate::limiter::Limiter;
@@ -13,49 +13,54 @@ use crate::signals::{LinkFault, Links, Order};
 use crate::time::Nanos;
 use std::rc::Rc;
 
-/// A wait for robot 1 looks after robot 2 this often.
+/// Period at which robot 2 is polled while waiting for robot 1.
 const SLICE: Nanos = Nanos::from_micros(200);
-/// Cycles over which the protocol's end is sent when there are no decisions any more.
+/// Cycles for which the end of the protocol session is sent after the decisions have ended.
 const END_CYCLES: u32 = 5;
 /// Longest ramp without decisions.
 const BLIND_TIME: Nanos = Nanos::from_millis(10_000);
-/// A time that never comes.
+/// A time in the unreachable future.
 const NEVER: Nanos = Nanos(i64::MAX / 4);
 
-/// A drive under way.
+/// A running session.
 pub struct Session {
     core: Core,
-    /// Those who take the commands.
+    /// Links that receive the commands.
     moved: Links,
-    /// The real ones of a dry run: the protocols run, nothing is asked of them.
+    /// Real links of a dry run: the protocols run, no motion is commanded.
     exercised: Option<Links>,
     clock: Rc<dyn Clock>,
     start: Nanos,
-    /// When robot 1's next report is due.
+    /// Due time of robot 1's next report.
     due: Nanos,
     cycle: Nanos,
     last: Orders,
-    /// Robot 2's report came with the beat and wants the command of this cycle.
+    /// Robot 2 reported together with robot 1 and needs the command of this cycle.
     pending: bool,
-    /// What has gone to the robots since the last beat.
+    /// Commands sent to the robots since the last cycle.
     wire: [Option<Order>; 2],
-    /// The last word on what goes onto the wire, in each robot's own cycle.
+    /// Last stage before each robot's link, in the robot's own cycle.
     wires: [Wire; 2],
     overruns: u64,
-    /// When each robot was last answered, since the start.
+    /// Time of the last answer to each robot, since the start.
     answered: [Nanos; 2],
-    /// The operator has let the robots move.
+    /// The operator has given GO.
     go: bool,
-    /// The first fault of robots 1 and 2 and of the sensor.
+    /// First fault of robots 1 and 2 and of the sensor.
     faults: [Option<LinkFault>; 3],
 }
 
 impl Session {
-    /// Opens a session; the links are open, nothing has been sent yet.
+    /// Opens a session on open links; sends nothing yet.
     ///
     /// # Errors
     /// If the run cannot be driven on these robots.
-    pub fn new(task: Task, moved: Links, exercised: Option<Links>, clock: Rc<dyn Clock>) -> Result<Self, Unprepared> {
+    pub fn new(
+        task: SessionTask,
+        moved: Links,
+        exercised: Option<Links>,
+        clock: Rc<dyn Clock>,
+    ) -> Result<Self, Unprepared> {
         let capabilities = moved.robots.each_ref().map(|robot| robot.capabilities());
         let mut core = Core::new(task, capabilities)?;
         if let Some(links) = &exercised {
@@ -83,27 +88,27 @@ impl Session {
         })
     }
 
-    /// Lets armed robots move once every check has passed.
+    /// Gives GO: armed robots move once every check has passed.
     pub fn go(&mut self) {
         self.go = true;
     }
 
-    /// Notes what the wall clock said when the drive began \[ns since the Unix epoch\].
+    /// Sets the wall clock at the start of the session \[ns since the Unix epoch\].
     pub fn begun_at(&mut self, wall: Nanos) {
         self.core.record_mut().wall_offset = wall;
     }
 
-    /// The decisions so far.
+    /// Returns the decisions so far.
     pub fn core(&self) -> &Core {
         &self.core
     }
 
-    /// What the links of robots 1 and 2 and of the sensor have failed with.
+    /// Returns the faults of robots 1 and 2 and of the sensor.
     pub fn faults(&self) -> [Option<LinkFault>; 3] {
         self.faults
     }
 
-    /// One cycle; whether the session is over. `request` stops it.
+    /// Runs one cycle; returns whether the session is over. `request` stops it.
     pub fn cycle(&mut self, request: Option<StopCause>) -> bool {
         let mut real = self.wait();
         let begun = self.clock.now();
@@ -115,17 +120,18 @@ impl Session {
         moved.wires = self.wires.each_ref().map(Wire::state);
         localise(&mut real, self.start);
         localise(&mut moved, self.start);
-        let inputs = Inputs { now: begun - self.start, moved, exercised: dry.then_some(real), request, go: self.go };
+        let inputs =
+            CycleInputs { now: begun - self.start, moved, exercised: dry.then_some(real), request, go: self.go };
         self.last = self.core.step(&inputs);
         self.answer(&inputs);
         self.finish(&inputs, begun, lateness);
         self.last.over
     }
 
-    /// Waits for robot 1; gives what has arrived by then.
-    fn wait(&mut self) -> Arrived {
+    /// Waits for robot 1; returns the inputs that have arrived by then.
+    fn wait(&mut self) -> LinkInputs {
         let deadline = self.due + Nanos(self.cycle.0 / 2);
-        let mut arrived = Arrived::default();
+        let mut arrived = LinkInputs::default();
         let (dry, stopping) = (self.exercised.is_some(), self.last.stopping);
         let order = if dry { Some(Order::Hold) } else { self.last.moved[1] };
         let links = self.exercised.as_mut().unwrap_or(&mut self.moved);
@@ -155,11 +161,11 @@ impl Session {
                     self.faults[1].get_or_insert(fault);
                 }
             }
-            // Whoever slept through the deadline still looks once at what has come by then.
+            // After a late wake-up, read once what has arrived.
             if arrived.robots[0].is_some() || until >= deadline {
                 break;
             }
-            // Robot 2 does not wait for robot 1: it gets the last command.
+            // Robot 2 does not wait for robot 1: it receives the last command.
             if let (true, Some(order)) = (self.pending, order) {
                 let order = if dry { Some(order) } else { self.wires[1].answer(&order, stopping) };
                 if let Some(Err(fault)) = order.map(|order| links.robots[1].send(&order)) {
@@ -180,9 +186,9 @@ impl Session {
         arrived
     }
 
-    /// The emulated robots of a dry run make one cycle in virtual time.
-    fn shadows(&mut self, now: Nanos) -> Arrived {
-        let mut arrived = Arrived::default();
+    /// Runs one cycle of a dry run's emulated robots in virtual time.
+    fn shadows(&mut self, now: Nanos) -> LinkInputs {
+        let mut arrived = LinkInputs::default();
         for ((robot, report), wire) in self.moved.robots.iter_mut().zip(&mut arrived.robots).zip(&mut self.wires) {
             *report = robot.receive(NEVER).ok().flatten();
             if let Some(report) = report {
@@ -197,8 +203,8 @@ impl Session {
         arrived
     }
 
-    /// Sends the orders to those whose report has come with the beat, and notes what went out.
-    fn answer(&mut self, inputs: &Inputs) {
+    /// Sends the commands to the robots that reported in this cycle, and records what was sent.
+    fn answer(&mut self, inputs: &CycleInputs) {
         if let (Some(links), Some(reported)) = (&mut self.exercised, &inputs.exercised) {
             for (r, robot) in links.robots.iter_mut().enumerate() {
                 if reported.robots[r].is_some() && (r == 0 || self.pending) {
@@ -230,8 +236,8 @@ impl Session {
         }
     }
 
-    /// What only the session knows of a cycle.
-    fn finish(&mut self, inputs: &Inputs, begun: Nanos, lateness: Nanos) {
+    /// Records the values that only the session knows.
+    fn finish(&mut self, inputs: &CycleInputs, begun: Nanos, lateness: Nanos) {
         let now = self.clock.now();
         let busy = now - begun;
         self.overruns += u64::from(busy > self.cycle);
@@ -249,7 +255,7 @@ impl Session {
         }
     }
 
-    /// The protocols' own end, without a ramp: somebody has asked twice.
+    /// Ends the protocol sessions without a ramp, after a second stop request.
     pub fn end_at_once(&mut self, cause: StopCause) {
         let links = &mut self.moved;
         for _ in 0..END_CYCLES {
@@ -257,7 +263,7 @@ impl Session {
                 let reported = robot.receive(self.clock.now() + self.cycle);
                 if let Ok(Some(report)) = reported {
                     let at = wire.limiter().map_or_else(|| report.set_point(), Limiter::position);
-                    // A link that fails now cannot be helped.
+                    // A link fault has no consequence any more.
                     let _ = robot.send(&Order::End(at));
                 }
             }
@@ -266,7 +272,7 @@ impl Session {
         self.core.record_mut().phase = Phase::Stopped;
     }
 
-    /// A controlled stop by the limiters of the wire alone: the decisions have failed.
+    /// Ramps to rest by the limiters of the wire alone: the decisions have failed.
     pub fn ramp_down_blind(&mut self) {
         let record = self.core.record_mut();
         (record.cause, record.phase) = (StopCause::Panic, Phase::Stopping);
@@ -282,19 +288,19 @@ impl Session {
         self.end_at_once(StopCause::Panic);
     }
 
-    /// The record of the last cycle.
+    /// Returns the record of the last cycle.
     pub fn record(&self) -> &CycleRecord {
         self.core.record()
     }
 
-    /// The record of the robot that gives the beat.
+    /// Returns the record of the clock master.
     pub fn master(&self) -> &RobotRecord {
         &self.core.record().robot_1
     }
 }
 
-/// Times since the start of the drive.
-fn localise(arrived: &mut Arrived, start: Nanos) {
+/// Converts to times since the start of the session.
+fn localise(arrived: &mut LinkInputs, start: Nanos) {
     arrived.robots.iter_mut().flatten().for_each(|report| report.received = report.received - start);
     if let Some(sample) = &mut arrived.sample {
         sample.received = sample.received - start;

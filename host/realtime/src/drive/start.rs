@@ -1,6 +1,6 @@
-//! What is checked before anything moves: links whole, rates as configured, poses as computed, sensor quiet.
+//! Start-up checks before any motion: links, rates, poses, sensor at rest.
 
-use super::checklist::{Answer, Check, Checklist, What};
+use super::checklist::{Check, CheckKind, CheckOutcome, Checklist};
 use super::motion::JointMove;
 use crate::arms::Arms;
 use crate::log::codes::{force_flags, robot_flags};
@@ -16,48 +16,48 @@ use softdock_kernels::session::clearance_at;
 use softdock_kernels::space::{Motion, Parts, Wrench};
 use softdock_kernels::vector::Pose;
 
-/// Reports in a row that must come without loss.
+/// Successive reports without loss that a start-up requires.
 pub const GOOD_REPORTS: u32 = 100;
-/// Fewest of them of a robot that is slower than the master.
+/// Minimum of them for a robot slower than the master.
 const FEWEST_REPORTS: u32 = 10;
-/// Cycles after which the links have had their chance.
+/// Cycles after which a missing report fails the start-up.
 pub const LAST_CYCLE: u64 = 2500;
-/// Checks that do not decide yet are listed every so many cycles.
+/// Cycles between two listings of checks that do not decide yet.
 pub const SHOWN_EVERY: u64 = 25;
-/// Our forward kinematics and the robot's agree this well \[m\], \[rad\].
+/// Tolerance between our forward kinematics and the robot's \[m\], \[rad\].
 pub const POSE_TOLERANCE: [f64; 2] = [1e-3, 0.2 * std::f64::consts::PI / 180.0];
-/// A run begins this near to its start pose \[m\], \[rad\].
+/// Tolerance of the start pose \[m\], \[rad\].
 pub const START_TOLERANCE: [f64; 2] = POSE_TOLERANCE;
-/// A robot whose set-point moves by so much while no motion is commanded is moved by somebody else \[rad\], \[m\].
+/// Tolerance of a set-point while no motion is commanded; beyond it another master moves the robot \[rad\], \[m\].
 const STAYS: [f64; 2] = [1e-3, 1e-3];
-/// A robot at rest is so near to its own set-point \[rad\], \[m\].
+/// Tolerance of a robot at rest from its own set-point \[rad\], \[m\].
 const SERVO_ERROR: [f64; 2] = [0.01, 5e-3];
 /// Greatest difference between the rates of a robot's clock and ours.
 const CLOCK_TOLERANCE: f64 = 0.02;
-/// A stamp that goes at another rate than this counts cycles, not time.
+/// A stamp whose rate differs by more counts cycles, not time.
 const COUNTS_TIME: std::ops::Range<f64> = 0.5..2.0;
-/// A report counts as lost when it is later than this share of a cycle after the last one.
+/// A report later than this share of a cycle after the last one counts as lost.
 const GAP: f64 = 1.6;
-/// Spread of the force that still counts as rest, as a multiple of the touch force.
+/// Greatest force range of a sensor at rest, as a multiple of the touch force.
 pub(super) const RESTLESS: f64 = 2.0;
 /// Samples of a weighing.
 const WEIGHING_SAMPLES: u32 = 100;
-/// Poses of a way at which distances are computed.
+/// Number of poses of a path at which distances are computed.
 const WAY_POSES: u32 = 200;
 
-/// Distance \[m\] and angle \[rad\] between two poses.
+/// Returns distance \[m\] and angle \[rad\] between two poses.
 pub fn apart(one: &Pose<f64>, two: &Pose<f64>) -> (f64, f64) {
     let turn = one.attitude.compose(two.attitude.conjugate());
     ((one.position - two.position).norm(), 2.0 * turn.v.norm().atan2(turn.w.abs()))
 }
 
-/// What the start-up has seen of one robot.
+/// Received reports of one robot since the start-up began.
 #[derive(Clone, Copy, Debug, Default)]
-struct Seen {
-    /// Reports since the last gap, and what the robot counted as late when they began.
+struct RobotHistory {
+    /// Reports since the last gap, and the robot's count of late answers when they began.
     good: u32,
     late_answers: u32,
-    /// Arrival, stamp and number of its first report and of its last one; the number counts lost reports as well.
+    /// Arrival, stamp and number of its first and last report; the number counts lost reports as well.
     first: Option<Report>,
     last: Report,
     /// Set-point of its first report.
@@ -71,8 +71,8 @@ struct Report {
     number: u64,
 }
 
-impl Seen {
-    /// Takes a cycle's record of the robot; `period` is the longer one of its cycle and the master's.
+impl RobotHistory {
+    /// Takes a cycle's record of the robot; `period` is the longer of its cycle and the master's.
     fn take(&mut self, robot: &RobotRecord, now: Nanos, period: Nanos) {
         let gap = |until: Nanos| (until - self.last.received).0 as f64 > GAP * period.0 as f64;
         if robot.flags & robot_flags::FRESH == 0 {
@@ -93,14 +93,14 @@ impl Seen {
         self.first.get_or_insert(self.last);
     }
 
-    /// Its mean period by its own count of reports \[s\]; links that count nothing, and a handful of reports, show none.
+    /// Returns the mean period by its own report count \[s\]; NaN without a count, or after few reports.
     fn period(&self) -> f64 {
         let Some(first) = self.first else { return f64::NAN };
         let sent = self.last.number - first.number;
         if sent >= 50 { (self.last.received - first.received).seconds() / sent as f64 } else { f64::NAN }
     }
 
-    /// Difference of the rates of its clock and ours, where its stamp is a time.
+    /// Returns the rate difference of its clock and ours, where its stamp is a time.
     fn clock(&self) -> f64 {
         let Some(first) = self.first.filter(|first| self.last.number >= first.number + 50) else { return f64::NAN };
         let rate = (self.last.stamp - first.stamp).0 as f64 / (self.last.received - first.received).0 as f64;
@@ -108,7 +108,7 @@ impl Seen {
     }
 }
 
-/// Mean and spread of a sensor at rest, the weight of its tool taken off.
+/// Mean and range of a sensor at rest, without the weight of the tool.
 #[derive(Clone, Copy, Debug)]
 pub struct Weighing {
     sum: Wrench<f64>,
@@ -131,12 +131,12 @@ impl Weighing {
         (self.least, self.most) = (self.least.min(force), self.most.max(force));
     }
 
-    /// Mean of the readings; NaN without one.
+    /// Returns the mean of the readings; NaN without one.
     pub fn mean(&self) -> Wrench<f64> {
         self.sum.scale_add(1.0 / f64::from(self.samples), Wrench::zero())
     }
 
-    /// Difference between the greatest and the least force \[N\]; NaN without a reading.
+    /// Returns the difference between the greatest and the least force \[N\]; NaN without a reading.
     pub fn spread(&self) -> f64 {
         if self.samples == 0 { f64::NAN } else { self.most - self.least }
     }
@@ -146,48 +146,48 @@ impl Weighing {
         self.samples
     }
 
-    /// The checks of a sensor at rest: spread, force and moment, each with its limit.
+    /// Returns the checks of a sensor at rest: range, force and moment, each with its limit.
     pub fn checks(&self, station: &Station) -> [Check; 3] {
         let (mean, sensor) = (self.mean(), &station.sensor);
         [
-            Check::new(What::RestSpread, self.spread(), RESTLESS * sensor.touch_force),
-            Check::new(What::RestForce, mean.force.norm(), sensor.bias[0]),
-            Check::new(What::RestMoment, mean.moment.norm(), sensor.bias[1]),
+            Check::new(CheckKind::RestSpread, self.spread(), RESTLESS * sensor.touch_force),
+            Check::new(CheckKind::RestForce, mean.force.norm(), sensor.bias[0]),
+            Check::new(CheckKind::RestMoment, mean.moment.norm(), sensor.bias[1]),
         ]
     }
 }
 
-/// The links that a start-up checks, as a cycle has left them.
+/// The links that a start-up checks, from a cycle's record.
 #[derive(Clone, Copy, Debug)]
-pub struct Watched<'a> {
+pub struct CheckedLinks<'a> {
     /// Robots 1 and 2.
     pub robots: [&'a RobotRecord; 2],
     /// The sensor.
     pub sensor: &'a ForceRecord,
-    /// Which of these links cannot go on.
+    /// Links that have failed: robots 1 and 2, sensor.
     pub broken: [bool; 3],
 }
 
-impl<'a> Watched<'a> {
-    /// Those who take the commands.
+impl<'a> CheckedLinks<'a> {
+    /// Selects the links that receive the commands.
     pub fn moved(record: &'a CycleRecord, broken: [bool; 3]) -> Self {
         Self { robots: moved(record), sensor: moved_sensor(record), broken }
     }
 
-    /// The real ones of a dry run.
+    /// Selects the real links of a dry run.
     pub fn exercised(record: &'a CycleRecord, broken: [bool; 3]) -> Self {
         Self { robots: [&record.robot_1, &record.robot_2], sensor: &record.ft, broken }
     }
 }
 
-/// What the links are compared with.
+/// Reference values of the start-up checks.
 #[derive(Clone, Copy)]
-pub struct Cell<'a> {
-    /// The robots in their places.
+pub struct StartUpContext<'a> {
+    /// Kinematics of the robots.
     pub arms: &'a Arms,
-    /// Limits of the axes as the controllers count them.
+    /// Limits of the axes in controller coordinates.
     pub limits: &'a [AxisLimits; AXES],
-    /// What the robots can do.
+    /// Capabilities of the robots.
     pub robots: &'a [Capabilities; 2],
     /// The facility.
     pub station: &'a Station,
@@ -195,27 +195,27 @@ pub struct Cell<'a> {
     pub plant: &'a Plant,
     /// The sensor.
     pub sensing: &'a Sensing,
-    /// Where the parts are at the start of the run-in, at rest.
+    /// Parts at the start of the run-in, at rest.
     pub start: &'a Parts<f64>,
-    /// The robots are moved there first.
+    /// Whether the robots are moved there first.
     pub to_start: bool,
     /// Start of the cycle since the start of the session.
     pub now: Nanos,
 }
 
-/// The checks as far as a cycle knows them.
+/// The checks, as far as they are known in a cycle.
 #[derive(Clone, Copy, Debug)]
-pub struct Found {
-    /// All of them.
+pub struct StartUpResult {
+    /// The checks.
     pub list: Checklist,
-    /// They decide: every check has its answer, or one that ends the start-up at once has failed.
+    /// Whether the list decides: it is complete, or a check failed that ends the start-up at once.
     pub decides: bool,
 }
 
-/// The checks at start-up, cycle by cycle.
+/// The start-up checks, cycle by cycle.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct StartUp {
-    robots: [Seen; 2],
+    robots: [RobotHistory; 2],
     samples: u64,
     weighings: [Weighing; 2],
     cycles: u64,
@@ -223,8 +223,8 @@ pub struct StartUp {
 }
 
 impl StartUp {
-    /// One more cycle; the checks in every [`SHOWN_EVERY`]th, and in each once they decide.
-    pub fn check(&mut self, links: &Watched, cell: &Cell) -> Option<Found> {
+    /// Takes one cycle. Returns the checks every [`SHOWN_EVERY`] cycles, and in every cycle once they decide.
+    pub fn check(&mut self, links: &CheckedLinks, cell: &StartUpContext) -> Option<StartUpResult> {
         self.cycles += 1;
         let master = cell.robots[0].cycle;
         for ((seen, robot), can) in self.robots.iter_mut().zip(links.robots).zip(cell.robots) {
@@ -232,7 +232,7 @@ impl StartUp {
         }
         if links.sensor.flags & force_flags::FRESH != 0 {
             self.samples += 1;
-            // The weight of the tool needs the posture of robot 1.
+            // The weight of the tool depends on the posture of robot 1.
             if self.robots[0].first.is_some() {
                 self.weigh(links, cell);
             }
@@ -240,18 +240,18 @@ impl StartUp {
         let good = (0..2).all(|r| self.robots[r].good >= reports_wanted(cell.robots, r));
         let whole = good && self.samples > 0 && self.cycles >= u64::from(GOOD_REPORTS);
         if whole {
-            // Whoever waits for GO has all the time, and may lose a packet over it.
+            // While the operator has not given GO, an occasional loss is no reason to fail.
             self.cycles = u64::from(GOOD_REPORTS);
         }
-        let disturbed = self.disturbs(links).into_iter().any(|check| check.answer() == Answer::Failed);
+        let disturbed = self.disturbs(links).into_iter().any(|check| check.answer() == CheckOutcome::Failed);
         let settled = whole || self.cycles >= LAST_CYCLE;
         let decides = settled || disturbed;
         let shown = decides || self.cycles.is_multiple_of(SHOWN_EVERY);
-        shown.then(|| Found { list: self.list(links, cell, settled), decides })
+        shown.then(|| StartUpResult { list: self.list(links, cell, settled), decides })
     }
 
-    /// The readings of the last hundred samples, or so.
-    fn weigh(&mut self, links: &Watched, cell: &Cell) {
+    /// Stores the reading; keeps about the last hundred.
+    fn weigh(&mut self, links: &CheckedLinks, cell: &StartUpContext) {
         if self.weighings[0].samples() >= WEIGHING_SAMPLES {
             self.weighings = [Weighing::default(), self.weighings[0]];
         }
@@ -259,38 +259,37 @@ impl StartUp {
         self.weighings[0].take(links.sensor.raw - cell.sensing.weight(&a));
     }
 
-    /// What the sensor reads at rest, the weight of its tool taken off.
+    /// Returns the sensor's readings at rest, without the weight of its tool.
     pub fn weighing(&self) -> Weighing {
         let [now, before] = self.weighings;
         if before.samples() > 0 { before } else { now }
     }
 
-    /// The checks that end a start-up at once: links that cannot go on, robots that others move or write to.
-    fn disturbs(&self, links: &Watched) -> [Check; 7] {
+    /// Returns the checks that end a start-up at once: failed links, foreign senders, foreign motion commands.
+    fn disturbs(&self, links: &CheckedLinks) -> [Check; 7] {
         let works = |broken: bool| f64::from(u8::from(!broken));
         let of_robot = |r: usize| {
             let (robot, seen) = (links.robots[r], &self.robots[r]);
-            let link = Check::of_robot(What::Link, r, works(links.broken[r]), 1.0);
-            let foreign = Check::of_robot(What::Foreign, r, robot.link.foreign as f64, 0.0);
+            let link = Check::of_robot(CheckKind::Link, r, works(links.broken[r]), 1.0);
+            let foreign = Check::of_robot(CheckKind::Foreign, r, robot.link.foreign as f64, 0.0);
             let change = |i: usize| (robot.set_point()[i] - seen.set_point[i]).abs();
-            let still = worst_axis(What::Still, r, change, STAYS);
+            let still = worst_axis(CheckKind::Still, r, change, STAYS);
             let value = if seen.first.is_some() { still.value } else { f64::NAN };
             [link, foreign, Check { value, ..still }]
         };
         let ([a, b, c], [d, e, f]) = (of_robot(0), of_robot(1));
-        [a, d, Check::new(What::SensorLink, works(links.broken[2]), 1.0), b, e, c, f]
+        [a, d, Check::new(CheckKind::SensorLink, works(links.broken[2]), 1.0), b, e, c, f]
     }
 
-    /// All checks, as far as their values are known; before the links are `settled`, what they have not brought yet
-    /// decides nothing.
-    fn list(&mut self, links: &Watched, cell: &Cell, settled: bool) -> Checklist {
+    /// Returns all checks with their known values; before the links are `settled`, missing data decide nothing.
+    fn list(&mut self, links: &CheckedLinks, cell: &StartUpContext, settled: bool) -> Checklist {
         let mut list = Checklist::default();
         for r in 0..2 {
             let seen = &self.robots[r];
             let reports = seen.first.map_or(0, |first| seen.last.number - first.number + 1);
-            list.push(Check { decides: settled, ..Check::of_robot(What::Reports, r, reports as f64, 1.0) });
+            list.push(Check { decides: settled, ..Check::of_robot(CheckKind::Reports, r, reports as f64, 1.0) });
         }
-        list.push(Check { decides: settled, ..Check::new(What::Samples, self.samples as f64, 1.0) });
+        list.push(Check { decides: settled, ..Check::new(CheckKind::Samples, self.samples as f64, 1.0) });
         self.disturbs(links).into_iter().for_each(|check| list.push(check));
         self.of_links(links, cell, settled, &mut list);
         for r in (0..2).filter(|r| self.robots[*r].first.is_some()) {
@@ -301,8 +300,8 @@ impl StartUp {
             let weighed = self.weighing().samples() > 0;
             let checks = self.weighing().checks(cell.station);
             checks.into_iter().for_each(|check| list.push(Check { decides: weighed || settled, ..check }));
-            for what in [What::TurnedForce, What::TurnedMoment] {
-                let limit = cell.station.sensor.weighing[usize::from(what == What::TurnedMoment)];
+            for what in [CheckKind::TurnedForce, CheckKind::TurnedMoment] {
+                let limit = cell.station.sensor.weighing[usize::from(what == CheckKind::TurnedMoment)];
                 list.push(Check::new(what, f64::NAN, limit));
             }
         }
@@ -312,105 +311,105 @@ impl StartUp {
             }
             let way = self.way.unwrap_or(OnTheWay { parts: f64::NAN, arms: f64::NAN, depth: f64::NAN });
             let rules = &cell.plant.facility.rules;
-            list.push(Check::new(What::Clearance, way.parts, 0.0));
+            list.push(Check::new(CheckKind::Clearance, way.parts, 0.0));
             if rules.arm_distance.is_finite() {
-                list.push(Check::new(What::ArmDistance, way.arms, rules.arm_distance));
+                list.push(Check::new(CheckKind::ArmDistance, way.arms, rules.arm_distance));
             }
             if !rules.keep_out.is_empty() {
-                list.push(Check::new(What::KeepOut, way.depth, 0.0));
+                list.push(Check::new(CheckKind::KeepOut, way.depth, 0.0));
             }
         }
         list
     }
 
-    /// Rates, losses and clocks.
-    fn of_links(&self, links: &Watched, cell: &Cell, settled: bool, list: &mut Checklist) {
-        let mut rows = |what: What, value: &dyn Fn(usize) -> f64, limit: &dyn Fn(usize) -> f64| {
-            let decides = settled || what != What::Loss;
+    /// Adds rates, losses and clocks.
+    fn of_links(&self, links: &CheckedLinks, cell: &StartUpContext, settled: bool, list: &mut Checklist) {
+        let mut rows = |what: CheckKind, value: &dyn Fn(usize) -> f64, limit: &dyn Fn(usize) -> f64| {
+            let decides = settled || what != CheckKind::Loss;
             (0..2).for_each(|r| list.push(Check { decides, ..Check::of_robot(what, r, value(r), limit(r)) }));
         };
-        rows(What::Period, &|r| self.robots[r].period(), &|r| cell.robots[r].cycle.seconds());
-        rows(What::Loss, &|r| f64::from(self.robots[r].good), &|r| f64::from(reports_wanted(cell.robots, r)));
+        rows(CheckKind::Period, &|r| self.robots[r].period(), &|r| cell.robots[r].cycle.seconds());
+        rows(CheckKind::Loss, &|r| f64::from(self.robots[r].good), &|r| f64::from(reports_wanted(cell.robots, r)));
         let late = |r: usize| links.robots[r].late_answers.saturating_sub(self.robots[r].late_answers);
-        rows(What::Late, &|r| f64::from(late(r)), &|_| f64::from(cell.station.links.hold_cycles));
-        rows(What::Clock, &|r| self.robots[r].clock(), &|_| CLOCK_TOLERANCE);
+        rows(CheckKind::Late, &|r| f64::from(late(r)), &|_| f64::from(cell.station.links.hold_cycles));
+        rows(CheckKind::Clock, &|r| self.robots[r].clock(), &|_| CLOCK_TOLERANCE);
     }
 }
 
-/// Successive reports that a robot has to send: as many as the time of the master's gives.
+/// Returns the successive reports that a robot must send: those of the master's time.
 fn reports_wanted(robots: &[Capabilities; 2], robot: usize) -> u32 {
     let slower = (robots[robot].cycle.0 as f64 / robots[0].cycle.0 as f64).max(1.0);
     ((f64::from(GOOD_REPORTS) / slower) as u32).max(FEWEST_REPORTS)
 }
 
-/// Axes of a robot: the rail is robot 1's.
+/// Axes of a robot; only robot 1 has the rail.
 fn axes(robot: usize) -> std::ops::Range<usize> {
     0..if robot == 0 { AXES } else { RAIL }
 }
 
-/// The axis with the greatest share of its tolerance.
-fn worst_axis(what: What, robot: usize, value: impl Fn(usize) -> f64, tolerance: [f64; 2]) -> Check {
+/// Returns the check of the axis with the greatest share of its tolerance.
+fn worst_axis(what: CheckKind, robot: usize, value: impl Fn(usize) -> f64, tolerance: [f64; 2]) -> Check {
     let share = |i: &usize| value(*i) / of_axis(tolerance, *i);
     let axis = axes(robot).rev().max_by(|i, j| share(i).total_cmp(&share(j))).unwrap_or(0);
     Check { axis: Some(axis), ..Check::of_robot(what, robot, value(axis), of_axis(tolerance, axis)) }
 }
 
-/// The checks of a robot itself.
-fn of_robot(r: usize, robot: &RobotRecord, cell: &Cell, list: &mut Checklist) {
+/// Adds the checks of the robot itself.
+fn of_robot(r: usize, robot: &RobotRecord, cell: &StartUpContext, list: &mut Checklist) {
     let ready = f64::from(u8::from(robot.flags & robot_flags::READY != 0));
-    list.push(Check::of_robot(What::Ready, r, ready, 1.0));
+    list.push(Check::of_robot(CheckKind::Ready, r, ready, 1.0));
     let error = |i: usize| (robot.position[i] - robot.set_point()[i]).abs();
-    list.push(worst_axis(What::Servo, r, error, SERVO_ERROR));
+    list.push(worst_axis(CheckKind::Servo, r, error, SERVO_ERROR));
     let margin = |i: usize| {
         let (at, limit) = (robot.position[i], &cell.limits[i]);
-        // Rounding of a position on the wire is no excess.
+        // Tolerates rounding of positions on the wire.
         (at - limit.lower).min(limit.upper - at) + 1e-9
     };
     let nearest = axes(r).min_by(|i, j| margin(*i).total_cmp(&margin(*j))).unwrap_or(0);
-    list.push(Check { axis: Some(nearest), ..Check::of_robot(What::Range, r, margin(nearest), 0.0) });
+    list.push(Check { axis: Some(nearest), ..Check::of_robot(CheckKind::Range, r, margin(nearest), 0.0) });
     let tool = if robot.flags & robot_flags::POSE != 0 {
         apart(&robot.tool, &cell.arms.tool_pose(r, &robot.position))
     } else {
         (f64::NAN, f64::NAN)
     };
-    list.push(Check::of_robot(What::ToolPosition, r, tool.0, POSE_TOLERANCE[0]));
-    list.push(Check::of_robot(What::ToolRotation, r, tool.1, POSE_TOLERANCE[1]));
+    list.push(Check::of_robot(CheckKind::ToolPosition, r, tool.0, POSE_TOLERANCE[0]));
+    list.push(Check::of_robot(CheckKind::ToolRotation, r, tool.1, POSE_TOLERANCE[1]));
     if cell.station.torques.limits.is_some() {
         let reports = f64::from(u8::from(robot.flags & robot_flags::TORQUE != 0));
-        list.push(Check::of_robot(What::Torques, r, reports, 1.0));
+        list.push(Check::of_robot(CheckKind::Torques, r, reports, 1.0));
     }
     let start = if r == 0 { &cell.start.a } else { &cell.start.b };
     let reaches = cell.arms.axes_for(r, start).1;
-    list.push(Check::of_robot(What::Reach, r, f64::from(u8::from(reaches)), 1.0));
+    list.push(Check::of_robot(CheckKind::Reach, r, f64::from(u8::from(reaches)), 1.0));
     let [position, rotation] = start_errors(r, &robot.position, cell.arms, cell.start);
     let decides = !cell.to_start;
     list.push(Check { decides, ..position });
     list.push(Check { decides, ..rotation });
 }
 
-/// How far a robot holds its part from the start of the run.
+/// Returns the distance and angle of a robot's part from the start of the run.
 pub fn start_errors(robot: usize, axes: &[f64; AXES], arms: &Arms, start: &Parts<f64>) -> [Check; 2] {
     let (want, at) = (if robot == 0 { &start.a } else { &start.b }, arms.part_on(robot, axes, &[0.0; AXES]));
     let pose = |motion: &Motion<f64>| Pose { position: motion.position, attitude: motion.attitude };
     let (distance, angle) = apart(&pose(want), &pose(&at));
     [
-        Check::of_robot(What::StartPosition, robot, distance, START_TOLERANCE[0]),
-        Check::of_robot(What::StartRotation, robot, angle, START_TOLERANCE[1]),
+        Check::of_robot(CheckKind::StartPosition, robot, distance, START_TOLERANCE[0]),
+        Check::of_robot(CheckKind::StartRotation, robot, angle, START_TOLERANCE[1]),
     ]
 }
 
-/// The checks of the sensor's stream.
-fn of_sensor(sensor: &ForceRecord, cell: &Cell, list: &mut Checklist) {
+/// Adds the checks of the sensor's stream.
+fn of_sensor(sensor: &ForceRecord, cell: &StartUpContext, list: &mut Checklist) {
     let valid = sensor.flags & (force_flags::SATURATED | force_flags::INVALID) == 0;
-    list.push(Check::new(What::Status, f64::from(u8::from(valid)), 1.0));
+    list.push(Check::new(CheckKind::Status, f64::from(u8::from(valid)), 1.0));
     let age = (cell.now - sensor.received).seconds();
-    list.push(Check::new(What::Age, age, cell.station.links.sensor_age));
+    list.push(Check::new(CheckKind::Age, age, cell.station.links.sensor_age));
 }
 
-/// What the robots come near to where they stand and on their way to the start of the run.
+/// Least distances of the robots at rest and along their path to the start of the run.
 #[derive(Clone, Copy, Debug)]
 struct OnTheWay {
-    /// Least distance of the parts \[m\]; NaN if nothing of them can touch.
+    /// Least distance of the parts \[m\]; NaN if no pair of shapes can touch.
     parts: f64,
     /// Least distance of the arms \[m\].
     arms: f64,
@@ -418,7 +417,7 @@ struct OnTheWay {
     depth: f64,
 }
 
-fn on_the_way(links: &Watched, cell: &Cell) -> OnTheWay {
+fn on_the_way(links: &CheckedLinks, cell: &StartUpContext) -> OnTheWay {
     let from = links.robots.map(|robot| robot.position);
     let (to, reachable) = cell.arms.positions_for(cell.start);
     let way = JointMove::new(from, if cell.to_start && reachable { to } else { from }, cell.limits);
@@ -438,7 +437,7 @@ fn on_the_way(links: &Watched, cell: &Cell) -> OnTheWay {
     (1..=WAY_POSES).map(near).fold(near(0), nearest)
 }
 
-/// The robots that take the commands: the emulated ones of a dry run, else the real ones.
+/// Selects the robots that receive the commands: the emulated ones of a dry run, else the real ones.
 pub fn moved(record: &CycleRecord) -> [&RobotRecord; 2] {
     if record.emulated_1.present() {
         [&record.emulated_1, &record.emulated_2]
@@ -447,7 +446,7 @@ pub fn moved(record: &CycleRecord) -> [&RobotRecord; 2] {
     }
 }
 
-/// The sensor beside the robots that take the commands.
+/// Selects the sensor of the robots that receive the commands.
 pub fn moved_sensor(record: &CycleRecord) -> &ForceRecord {
     if record.emulated_ft.flags != 0 { &record.emulated_ft } else { &record.ft }
 }

@@ -1,9 +1,9 @@
-//! Torques that the robots report, against what their weight and the measured contact explain.
+//! Compares reported joint torques with those that weight and measured contact explain.
 //!
-//! A robot that is pushed beside the sensor (an arm against the other robot, a cable, a person) feels a torque that no
-//! measured force explains. Friction is not modelled: the limits have to be above twice the Coulomb friction of a joint.
+//! A force on a robot outside the sensor (the other robot, a cable, a person) causes a torque without a measured force.
+//! Friction is not modelled: the limits must exceed twice the Coulomb friction of a joint.
 
-use super::guard::{Alarm, Found};
+use super::guard::{Alarm, LimitViolation};
 use crate::arms::Arms;
 use crate::log::codes::StopCause;
 use crate::signals::{AXES, RAIL, RobotState};
@@ -11,7 +11,7 @@ use crate::time::Nanos;
 use softdock_campaign::station::TorqueRules;
 use softdock_kernels::space::{Parts, Wrench};
 
-/// Torques of one robot beside what is expected, mean over the tare.
+/// Differences of one robot's torques from the expected ones; mean over the tare.
 #[derive(Clone, Copy, Debug, Default)]
 struct Tare {
     sum: [f64; RAIL],
@@ -23,18 +23,19 @@ struct Tare {
 pub struct TorqueWatch {
     rules: TorqueRules,
     tares: [Tare; 2],
-    /// Since when a robot has been beyond a limit.
+    /// Time since which a robot has exceeded a limit.
     since: [Option<Nanos>; 2],
     worst: [f64; 2],
 }
 
 impl TorqueWatch {
-    /// A watch that has seen nothing.
+    /// Creates a watch without samples.
     pub fn new(rules: TorqueRules) -> Self {
         Self { rules, tares: [Tare::default(); 2], since: [None; 2], worst: [0.0; 2] }
     }
 
-    /// Greatest share of its limit that a torque without an explanation has had, robots 1 and 2; 0 where none is reported.
+    /// Returns the greatest share of its limit that an unexplained torque has reached, robots 1 and 2; 0 without
+    /// reports.
     pub fn worst(&self) -> [f64; 2] {
         self.worst
     }
@@ -56,7 +57,8 @@ impl TorqueWatch {
         }
     }
 
-    /// A reason to stop: torques that weight and measured wrench (on part A about its origin, part A's axes) do not explain.
+    /// Returns an alarm if torques exceed what weight and measured wrench (on part A about its origin, part A's axes)
+    /// explain.
     pub fn check(
         &mut self,
         arms: &Arms,
@@ -86,7 +88,7 @@ impl TorqueWatch {
             let since = *self.since[r].get_or_insert(now);
             if (now - since).seconds() >= self.rules.time {
                 let (value, limit) = (found[axis].abs(), limits[axis]);
-                let found = Some(Found { robot: Some(r), axis: Some(axis), value, limit, unit: "N m" });
+                let found = Some(LimitViolation { robot: Some(r), axis: Some(axis), value, limit, unit: "N m" });
                 return Some(Alarm { found, ..Alarm::of(StopCause::Torque) });
             }
         }
@@ -94,12 +96,12 @@ impl TorqueWatch {
     }
 }
 
-/// Torques beside the expected ones and those of the tare \[N m\].
+/// Returns the differences from the expected torques and the tare \[N m\].
 fn unexplained(torque: &[f64; AXES], expected: &[f64; RAIL], tare: &Tare) -> [f64; RAIL] {
     std::array::from_fn(|i| torque[i] - expected[i] - tare.sum[i] / f64::from(tare.count))
 }
 
-/// The measured wrench on a robot's part about the part's origin, laboratory axes.
+/// Returns the measured wrench on a robot's part about the part's origin, laboratory axes.
 fn on_part(robot: usize, parts: &Parts<f64>, wrench: Wrench<f64>) -> Wrench<f64> {
     let turned =
         Wrench { force: parts.a.attitude.rotate(wrench.force), moment: parts.a.attitude.rotate(wrench.moment) };

@@ -1,68 +1,67 @@
-//! What goes onto the wire to one robot, in that robot's own cycle, and what the robot has taken of it.
+//! Last stage of the commands to one robot, in that robot's own cycle, with the robot's acknowledgements.
 //!
-//! A robot that has not taken an answer holds its set-point. The next answer starts there, at rest: a path that heals
-//! never gives the robot the way of all lost cycles in one. A robot whose cycle is shorter than the master's is led on a
-//! quadratic B-spline of the master's commands, half a cycle of the master behind them: its speed runs on a line from
-//! one difference of commands to the next, and its acceleration is the one that the master has asked for.
+//! A robot that has not taken an answer holds its set-point. The next answer starts there, at rest: after an outage the
+//! robot never receives the path of all lost cycles in one step. A robot with a shorter cycle than the master follows a
+//! quadratic B-spline of the master's commands, half a master cycle behind them: its speed is linear between the
+//! differences of successive commands, and its acceleration is the commanded one.
 
 use crate::limiter::Limiter;
 use crate::signals::{AXES, Capabilities, LinkCounters, Order, RobotState, WireState, of_axis};
 use crate::time::Nanos;
 use softdock_campaign::station::AxisLimits;
 
-/// Set-points that are remembered: a robot reports one of the last ones, or one between two of them.
+/// Number of stored set-points: a robot reports one of the last ones, or one between two of them.
 const REMEMBERED: usize = 16;
-/// A robot that is answered less or more often between two commands than its cycle says makes up this share of the
-/// difference in an answer.
+/// Share of a timing difference that one answer corrects, if a robot is answered more or less often between two
+/// commands than its cycle states.
 const STEERING: f64 = 0.02;
-/// How far a reported set-point may lie from those that were sent: rounding on the wire and the robot's own filter
-/// \[rad\], \[m\].
+/// Tolerance between reported and sent set-points: rounding on the wire and the robot's own filter \[rad\], \[m\].
 const NEAR: [f64; 2] = [2e-4, 2e-4];
 
-/// A report of a robot that gives the beat came too early if its clock shows less than this share of the least step
-/// between two reports at rest,
+/// A report of the clock master is early if its stamp grows by less than this share of the least step between two
+/// reports at rest,
 const EARLY: f64 = 0.9;
-/// or if its reports are ahead of our clock by this many cycles.
+/// or if its reports are ahead of our clock by this number of cycles.
 const AHEAD: f64 = 1.5;
-/// Longest pause, in cycles, whose reports may follow in a burst: a longer one ends the session by its own rule.
+/// Longest pause, in cycles, after which reports may follow in a burst; a longer one ends the session by its own rule.
 const PAUSE: f64 = 3.0;
-/// Rate by which a robot's clock may differ from ours; an advance or a pause is forgotten at this rate.
+/// Greatest rate difference between a robot's clock and ours; a lead or lag of reports decays at this rate.
 const DRIFT: f64 = 0.02;
 
-/// The last stage before a robot's link.
+/// Last stage before a robot's link.
 #[derive(Clone, Debug)]
 pub struct Wire {
     limits: [AxisLimits; AXES],
     cycle: Nanos,
-    /// Its reports give the beat; otherwise we do.
+    /// The robot is the clock master; otherwise this machine is.
     beats: bool,
     /// Stamp and arrival of its last report, and the least growth of the stamp before any motion.
     last: Option<(Nanos, Nanos)>,
     growth: Nanos,
-    /// Cycles by which its reports are ahead of our clock; negative after a pause.
+    /// Lead of its reports over our clock \[cycles\]; negative after a pause.
     ahead: f64,
     /// Answers between two commands of the master, at least 1.
     share: f64,
     limiter: Option<Limiter>,
-    /// The limiter before the last answer, in case that one is not taken.
+    /// State of the limiter before the last answer, restored if that one is not taken.
     before: Option<Limiter>,
     answered: bool,
-    /// Late answers and reports that never reached us, as the last report had them.
+    /// Counts of late answers and of lost reports, as of the last report.
     counted: Option<(u32, u64)>,
     /// Set-point of the robot's last report.
     set_point: [f64; AXES],
     sent: [[f64; AXES]; REMEMBERED],
     /// The master's last commands, newest first.
     knots: [[f64; AXES]; 3],
-    /// Cycles of the master since the newest command, by the answers that have gone out; carried on over the next one.
+    /// Answers since the newest command, in cycles of the master; continues over the next command.
     phase: f64,
-    /// By how much the last command came early or late in that count.
+    /// Earliness or lateness of the last command in that count.
     early: f64,
     state: WireState,
 }
 
 impl Wire {
-    /// A wire to a robot, under a master of another cycle; the limits are those of its axes.
+    /// Creates the stage of a robot under a master of another cycle; the limits are those of its axes.
     pub fn new(limits: [AxisLimits; AXES], robot: Capabilities, master: Nanos) -> Self {
         let cycle = robot.cycle;
         let share = (master.0 as f64 / cycle.0 as f64).max(1.0);
@@ -87,20 +86,20 @@ impl Wire {
         }
     }
 
-    /// How the robot stands to what it has been sent.
+    /// Returns the robot's state relative to its commands.
     pub fn state(&self) -> WireState {
         self.state
     }
 
-    /// The limiter, once a motion has been sent.
+    /// Returns the limiter, once a motion has been sent.
     pub fn limiter(&self) -> Option<&Limiter> {
         self.limiter.as_ref()
     }
 
-    /// A report of the robot: what it has taken, and where its set-point is.
+    /// Takes a report of the robot: the answers that it took, and its set-point.
     ///
-    /// A controller counts the cycles in which no answer came in time. As many more as reports were lost on their way to
-    /// us, or overtaken, have had none of ours; one more, and the last answer was not taken either.
+    /// A controller counts cycles without an answer in time. Each report that was lost or overtaken accounts for one of
+    /// them; one more means that the last answer was not taken.
     pub fn reported(&mut self, report: &RobotState, counters: &LinkCounters) {
         let now = (report.late_answers, counters.lost + counters.overtaken);
         let (late, passed) = self.counted.unwrap_or(now);
@@ -112,7 +111,7 @@ impl Wire {
         let missing = u64::from(report.late_answers.saturating_sub(late));
         let taken = self.answered && missing <= unseen;
         if self.answered && !taken {
-            // The limiter as it was: what it has sent since has not happened.
+            // Restores the limiter: the commands sent since were not executed.
             *limiter =
                 self.before.clone().unwrap_or_else(|| Limiter::new(self.limits, self.cycle.seconds(), self.set_point));
             self.state.untaken += 1;
@@ -131,12 +130,12 @@ impl Wire {
         self.state.off_course = if told { 0 } else { self.state.off_course + 1 };
     }
 
-    /// Compares a report's time with that of the one before: commands that are made for one cycle must not go to a robot
-    /// that takes them in a shorter one.
+    /// Compares the time of a report with that of the one before: commands for one cycle must not go to a robot that
+    /// executes them in a shorter one.
     fn beat(&mut self, report: &RobotState) {
         let now = (report.stamp, report.received);
         if self.last.is_some_and(|last| last.0 == now.0) {
-            // A report that is sent again until it is answered.
+            // A report that is repeated until it is answered.
             return;
         }
         let Some(last) = self.last.replace(now).filter(|_| self.beats) else { return };
@@ -153,7 +152,7 @@ impl Wire {
         self.state.early += u32::from(early || self.ahead > AHEAD);
     }
 
-    /// Whether a set-point lies within what was sent of late.
+    /// Whether a set-point lies within those sent recently.
     fn has_sent(&self, asked: &[f64; AXES]) -> bool {
         asked.iter().enumerate().all(|(i, asked)| {
             let near = of_axis(NEAR, i);
@@ -165,7 +164,7 @@ impl Wire {
         })
     }
 
-    /// A new command of the master, for the end of its cycle.
+    /// Takes a new command of the master, for the end of its cycle.
     pub fn command(&mut self, order: &Order) {
         if let Order::Move(axes) | Order::End(axes) = order {
             if self.limiter.is_none() {
@@ -174,14 +173,14 @@ impl Wire {
                 self.phase = 1.0;
             }
             self.knots = [*axes, self.knots[0], self.knots[1]];
-            // Whoever has been answered once more or less than usual goes on from there: no step in its speed.
+            // After one answer more or less than usual the count continues from there: no step in speed.
             self.early = (self.phase - 1.0).clamp(-0.5, 0.5);
             self.phase = self.early;
         }
     }
 
-    /// The order as it may go onto the wire now; `stopping` once the session is being stopped. Nothing goes to a robot
-    /// that follows somebody else, or in another cycle: what we have asked for so far means something else to it.
+    /// Limits a command before it is sent; `stopping` once the session is stopping. A robot with a foreign set-point or
+    /// a different cycle receives no command: it would interpret the commands differently.
     pub fn answer(&mut self, order: &Order, stopping: bool) -> Option<Order> {
         if self.state.off_course > 0 || self.state.early > 0 {
             return None;
@@ -192,7 +191,7 @@ impl Wire {
             return Some(*order);
         };
         self.before = Some(limiter.clone());
-        // Away from its commands a robot is stopped where it is, and led nowhere any more.
+        // A robot away from its commands is stopped where it is and not led further.
         let away = stopping && self.state.led_back > 0;
         let axes = if away { limiter.stop() } else { limiter.approach(&wanted).0 };
         self.state.led_back = if axes == wanted { 0 } else { self.state.led_back + 1 };
@@ -203,13 +202,13 @@ impl Wire {
         Some(if matches!(order, Order::End(_)) { Order::End(axes) } else { Order::Move(axes) })
     }
 
-    /// Where the robot shall be at the end of its cycle.
+    /// Returns the target of the robot at the end of its cycle.
     fn wanted(&self) -> [f64; AXES] {
         let [to, from, earlier] = &self.knots;
         if self.share <= 1.0 {
             return *to;
         }
-        // Between the middles of the last two ways; from there on straight to the last command, and no farther.
+        // Between the midpoints of the last two steps; from there straight to the last command, and no further.
         let (u, beyond) = (self.phase.clamp(0.0, 1.0), (self.phase - 1.0).clamp(0.0, 0.5));
         std::array::from_fn(|i| {
             let (before, now) = (from[i] - earlier[i], to[i] - from[i]);
@@ -217,7 +216,7 @@ impl Wire {
         })
     }
 
-    /// The next step of a stop without the master.
+    /// Returns the next step of a stop without the master.
     pub fn stop(&mut self) -> Option<[f64; AXES]> {
         let limiter = self.limiter.as_mut()?;
         let axes = limiter.stop();
@@ -235,7 +234,8 @@ mod tests {
     const SHORT: Nanos = Nanos::from_millis(1);
     const LIMIT: AxisLimits = AxisLimits { lower: -9.0, upper: 9.0, speed: 3.0, acceleration: 10.0, jerk: 1e5 };
 
-    /// What a robot of 1 ms is sent on its first axis under commands of a master of 4 ms, which come after so many of its
+    /// Returns the first-axis commands of a 1 ms robot under a 4 ms master, whose commands come after these numbers of
+    /// answers.
     /// answers each.
     fn sent(commands: impl Fn(f64) -> f64, answers: impl Iterator<Item = usize>) -> Vec<f64> {
         let mut wire = Wire::new([LIMIT; AXES], robot(SHORT), MASTER);
@@ -256,7 +256,7 @@ mod tests {
         sent
     }
 
-    /// Accelerations between positions a millisecond apart.
+    /// Returns accelerations between positions a millisecond apart.
     fn accelerations(sent: &[f64]) -> Vec<f64> {
         sent.array_windows::<3>().map(|[a, b, c]| (c - 2.0 * b + a) / SHORT.seconds().powi(2)).collect()
     }
@@ -266,27 +266,27 @@ mod tests {
         (time - 0.1).max(0.0).powi(2)
     }
 
-    /// A robot of a cycle that gives the beat of its own reports.
+    /// Creates the stage of a robot that is the clock master.
     fn robot(cycle: Nanos) -> Capabilities {
         Capabilities { cycle, master: true, rail: true, torque: false, pose: true }
     }
 
     #[test]
-    fn a_constant_acceleration_of_the_master_is_one_for_a_faster_robot() {
+    fn constant_master_acceleration_stays_constant_for_a_faster_robot() {
         let sent = sent(pull_away, std::iter::repeat_n(4, 100));
         let found = accelerations(&sent);
         assert!(found[..95].iter().all(|a| a.abs() < 1e-6), "at rest");
         assert!(found[110..].iter().all(|a| (a - 2.0).abs() < 1e-6), "{:?}", &found[110..130]);
         assert!(found.iter().all(|a| (-1e-6..2.0 + 1e-6).contains(a)), "no sign is reversed, nothing overshoots");
-        // Half a cycle of the master behind its command for the end of the cycle.
+        // Half a master cycle behind its command for the end of the cycle.
         let end = pull_away(99.0 * MASTER.seconds() - 0.5 * MASTER.seconds());
         assert!((sent[399] - end).abs() < 1e-5, "{} {end}", sent[399]);
     }
 
     #[test]
-    fn answers_that_come_unevenly_make_no_steps() {
+    fn uneven_answers_cause_no_speed_steps() {
         let even = |time: f64| 0.2 * (1.0 - (time * 3.0).cos());
-        // Once in a while one answer more, and later one less; then a clock that is faster by 0.2 %.
+        // Occasionally one answer more, later one less; then a clock that is faster by 0.2 %.
         let uneven = (0..200).map(|cycle| match cycle % 20 {
             7 => 5,
             13 => 3,
@@ -297,13 +297,13 @@ mod tests {
             let sent = sent(even, answers.into_iter());
             let found = accelerations(&sent[60..]);
             let most = found.iter().fold(0.0_f64, |most, a| most.max(a.abs()));
-            // An answer more or less that stood still, or made two steps, would be 600.
+            // An additional or missing answer with a standstill or a double step would cause 600.
             assert!(most < 5.0, "{most} rad/s^2 where the master asks for 1.8");
         }
     }
 
     #[test]
-    fn without_further_commands_the_last_one_is_reached() {
+    fn last_command_is_reached_without_further_commands() {
         let mut wire = Wire::new([LIMIT; AXES], robot(SHORT), MASTER);
         wire.reported(&state_at([0.0; AXES], Nanos(0)), &LinkCounters::default());
         let mut last = 0.0;
@@ -319,7 +319,7 @@ mod tests {
         assert!((last - 49e-4).abs() < 1e-12, "{last}");
     }
 
-    /// Reports that are stamped by a counter and arrive at these times, in cycles of the robot; how many came too early.
+    /// Returns the number of early reports among reports with a counter stamp and these arrival times, in robot cycles.
     fn early_reports(arrivals: impl Iterator<Item = f64>) -> u32 {
         let mut wire = Wire::new([LIMIT; AXES], robot(MASTER), MASTER);
         for (cycle, arrival) in arrivals.enumerate() {
@@ -334,7 +334,7 @@ mod tests {
     }
 
     #[test]
-    fn reports_in_a_burst_after_a_pause_are_no_shorter_cycle() {
+    fn burst_after_a_pause_is_not_taken_for_a_shorter_cycle() {
         // Every 20 cycles the reports of three cycles wait for the next one.
         let bursts =
             (0..1000).map(|cycle| if cycle % 20 > 16 { f64::from(cycle - cycle % 20 + 20) } else { cycle.into() });
@@ -348,7 +348,7 @@ mod tests {
     }
 
     #[test]
-    fn a_robot_of_the_masters_cycle_gets_its_commands_as_they_are() {
+    fn robot_with_master_cycle_receives_unchanged_commands() {
         let mut wire = Wire::new([LIMIT; AXES], robot(MASTER), MASTER);
         wire.reported(&state_at([0.0; AXES], Nanos(0)), &LinkCounters::default());
         for cycle in 0..50 {

@@ -1,7 +1,7 @@
 //! The emulated facility behind its protocols: one physics clock and three endpoints, driven by whoever has the time.
 
 use super::world::World;
-use crate::protocol::{Controller, SensorBox};
+use crate::protocol::{EmulatedController, SensorBox};
 use crate::signals::{AXES, ForceSample, RobotState};
 use crate::time::Nanos;
 use crate::wire::relay::Endpoint;
@@ -31,9 +31,9 @@ pub enum Ailment {
 }
 
 /// Two controllers and a sensor's electronics around one world.
-pub struct Facility {
+pub struct EmulatedFacility {
     world: World,
-    controllers: [Box<dyn Controller>; 2],
+    controllers: [Box<dyn EmulatedController>; 2],
     sensor: Box<dyn SensorBox>,
     tick: Nanos,
     /// Next physics tick, reports of robots 1 and 2, sample.
@@ -82,11 +82,11 @@ pub struct SetPoint {
     pub late_answers: u32,
 }
 
-impl Facility {
+impl EmulatedFacility {
     /// A facility that begins at a time; robot 2's cycles begin `phase` after robot 1's.
     pub fn new(
         world: World,
-        controllers: [Box<dyn Controller>; 2],
+        controllers: [Box<dyn EmulatedController>; 2],
         sensor: Box<dyn SensorBox>,
         begin: Nanos,
         phase: Nanos,
@@ -266,7 +266,14 @@ impl Facility {
     }
 
     /// The controller of a robot (0 or 1) ends; its axis is jogged, and after a time another one begins.
-    pub fn begin_again(&mut self, robot: usize, other: Box<dyn Controller>, axis: usize, by: f64, after: Nanos) {
+    pub fn begin_again(
+        &mut self,
+        robot: usize,
+        other: Box<dyn EmulatedController>,
+        axis: usize,
+        by: f64,
+        after: Nanos,
+    ) {
         self.controllers[robot] = other;
         self.begun[robot] = false;
         self.due[1 + robot] += after;

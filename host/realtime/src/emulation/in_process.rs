@@ -4,7 +4,9 @@ use super::world::World;
 use crate::clock::Clock;
 use crate::protocol::Line;
 use crate::signals::Links;
-use crate::signals::{Capabilities, ForceSample, ForceSensor, LinkCounters, LinkFault, Order, Peak, Robot, RobotState};
+use crate::signals::{
+    Capabilities, ForceSample, ForceSensor, LinkCounters, LinkFault, Order, Peak, RobotLink, RobotState,
+};
 use crate::time::Nanos;
 use softdock_kernels::space::Wrench;
 use std::cell::RefCell;
@@ -14,7 +16,7 @@ use std::rc::Rc;
 pub const CYCLE: Nanos = Nanos::from_millis(1);
 
 /// The emulated facility in the drive's own thread.
-pub struct Bench {
+pub struct InProcessRig {
     world: World,
     clock: Rc<dyn Clock>,
     cycle: Nanos,
@@ -27,7 +29,7 @@ pub struct Bench {
     peak: Peak,
 }
 
-impl Bench {
+impl InProcessRig {
     /// A facility whose robots take commands every `cycle`, standing where they are.
     pub fn new(world: World, clock: Rc<dyn Clock>, cycle: Nanos) -> Rc<RefCell<Self>> {
         let time = clock.now();
@@ -61,7 +63,7 @@ impl Bench {
 }
 
 /// Links to both robots and the sensor of a bench.
-pub fn links(bench: &Rc<RefCell<Bench>>) -> Links {
+pub fn links(bench: &Rc<RefCell<InProcessRig>>) -> Links {
     Links {
         robots: [Box::new(EmulatedRobot::new(bench, 0)), Box::new(EmulatedRobot::new(bench, 1))],
         sensor: Box::new(EmulatedSensor::new(bench)),
@@ -70,7 +72,7 @@ pub fn links(bench: &Rc<RefCell<Bench>>) -> Links {
 
 /// One of the two robots.
 pub struct EmulatedRobot {
-    bench: Rc<RefCell<Bench>>,
+    bench: Rc<RefCell<InProcessRig>>,
     index: usize,
     due: Nanos,
     counters: LinkCounters,
@@ -78,13 +80,13 @@ pub struct EmulatedRobot {
 
 impl EmulatedRobot {
     /// Robot 1 or 2 (0 or 1 here) of an emulated facility.
-    pub fn new(bench: &Rc<RefCell<Bench>>, index: usize) -> Self {
+    pub fn new(bench: &Rc<RefCell<InProcessRig>>, index: usize) -> Self {
         let due = bench.borrow().time + bench.borrow().cycle;
         Self { bench: Rc::clone(bench), index, due, counters: LinkCounters::default() }
     }
 }
 
-impl Robot for EmulatedRobot {
+impl RobotLink for EmulatedRobot {
     fn capabilities(&self) -> Capabilities {
         let bench = self.bench.borrow();
         Capabilities { cycle: bench.cycle, master: true, rail: true, torque: false, pose: true }
@@ -132,14 +134,14 @@ impl Robot for EmulatedRobot {
 
 /// The sensor between robot 1 and part A.
 pub struct EmulatedSensor {
-    bench: Rc<RefCell<Bench>>,
+    bench: Rc<RefCell<InProcessRig>>,
     seen: u32,
     counters: LinkCounters,
 }
 
 impl EmulatedSensor {
     /// The sensor of an emulated facility.
-    pub fn new(bench: &Rc<RefCell<Bench>>) -> Self {
+    pub fn new(bench: &Rc<RefCell<InProcessRig>>) -> Self {
         Self { bench: Rc::clone(bench), seen: 0, counters: LinkCounters::default() }
     }
 }

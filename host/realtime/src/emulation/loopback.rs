@@ -1,11 +1,11 @@
 //! An emulated facility and our drivers, joined by real sockets on the loopback interface: RSI twice, and Net F/T.
 
-use super::facility::Facility;
+use super::facility::EmulatedFacility;
 use super::server::Sockets;
 use super::world::World;
 use crate::clock::{Clock, Monotonic};
-use crate::protocol::Controller;
-use crate::protocol::netft::calibration::Calibration;
+use crate::protocol::EmulatedController;
+use crate::protocol::netft::calibration::NetFtCalibration;
 use crate::protocol::netft::driver::{NetFt, NetFtSettings};
 use crate::protocol::netft::sensor_box::NetBox;
 use crate::protocol::rsi::controller::{Krc, KrcSettings};
@@ -31,17 +31,18 @@ const SILENCE: Nanos = Nanos::from_millis(1000);
 ///
 /// # Errors
 /// If the machine has no sockets for it.
-pub fn rsi(world: World, cycle: Nanos) -> Result<(Facility, Sockets, Links), LinkFault> {
+pub fn rsi(world: World, cycle: Nanos) -> Result<(EmulatedFacility, Sockets, Links), LinkFault> {
     let tags = || TagMap { cycle, ..TagMap::im_free().with_rail() };
     let [theirs_1, theirs_2, theirs_3] = [bind()?, bind()?, bind()?];
     let [ours_1, ours_2, ours_3] = [bind()?, bind()?, bind()?];
-    let krc = |client: SocketAddr| -> Box<dyn Controller> { Box::new(Krc::new(KrcSettings::new(tags(), client))) };
+    let krc =
+        |client: SocketAddr| -> Box<dyn EmulatedController> { Box::new(Krc::new(KrcSettings::new(tags(), client))) };
     let controllers = [krc(ours_1.local_address()?), krc(ours_2.local_address()?)];
-    let calibration = Calibration::new(COUNTS, COUNTS).map_err(|_| LinkFault::Mismatch("a calibration"))?;
+    let calibration = NetFtCalibration::new(COUNTS, COUNTS).map_err(|_| LinkFault::Mismatch("a calibration"))?;
     let sensor = Box::new(NetBox::new(calibration.clone(), SAMPLES));
     let settings =
         NetFtSettings { silence: SILENCE, ..NetFtSettings::new(theirs_3.local_address()?, calibration, SAMPLES) };
-    let facility = Facility::new(world, controllers, sensor, Monotonic.now(), Nanos(cycle.0 / 2));
+    let facility = EmulatedFacility::new(world, controllers, sensor, Monotonic.now(), Nanos(cycle.0 / 2));
     let from = |port: &UdpPort| port.local_address().map(|address| Some(address.ip()));
     let (host_1, host_2) = (from(&theirs_1)?, from(&theirs_2)?);
     let links = Links {

@@ -1,6 +1,6 @@
 //! The emulated facility and its wires in virtual time: whoever waits for a datagram lets the time go on.
 
-use super::facility::Facility;
+use super::facility::EmulatedFacility;
 use crate::clock::{Clock, Virtual};
 use crate::time::Nanos;
 use crate::wire::Port;
@@ -33,7 +33,7 @@ type Flight = Reverse<(Nanos, u64, u8, bool, bool, Vec<u8>)>;
 /// The facility, the wires, and the faults on them.
 pub struct Network {
     clock: Virtual,
-    facility: Facility,
+    facility: EmulatedFacility,
     /// The faults.
     pub relay: Relay,
     flights: BinaryHeap<Flight>,
@@ -48,7 +48,7 @@ const ENDPOINTS: [Endpoint; 3] = [Endpoint::Robot1, Endpoint::Robot2, Endpoint::
 
 impl Network {
     /// A network in the time of a clock.
-    pub fn new(clock: Virtual, facility: Facility, relay: Relay) -> Rc<RefCell<Self>> {
+    pub fn new(clock: Virtual, facility: EmulatedFacility, relay: Relay) -> Rc<RefCell<Self>> {
         let inbox = Default::default();
         Rc::new(RefCell::new(Self {
             clock,
@@ -62,7 +62,7 @@ impl Network {
     }
 
     /// The facility.
-    pub fn facility(&mut self) -> &mut Facility {
+    pub fn facility(&mut self) -> &mut EmulatedFacility {
         &mut self.facility
     }
 

@@ -1,6 +1,6 @@
 //! The emulated facility on real sockets: one thread, three ports, one physics clock, paced by absolute times.
 
-use super::facility::Facility;
+use super::facility::EmulatedFacility;
 use crate::clock::{Clock, Monotonic};
 use crate::histogram::Histogram;
 use crate::protocol::link::AT_ONCE;
@@ -40,7 +40,7 @@ impl Sockets {
 /// # Errors
 /// If a socket fails.
 pub fn serve(
-    facility: &mut Facility,
+    facility: &mut EmulatedFacility,
     sockets: &mut Sockets,
     stop: &AtomicBool,
     until: Nanos,
@@ -61,7 +61,7 @@ pub fn serve(
 }
 
 /// Takes the datagrams that wait.
-fn take(facility: &mut Facility, sockets: &mut Sockets) -> io::Result<()> {
+fn take(facility: &mut EmulatedFacility, sockets: &mut Sockets) -> io::Result<()> {
     let mut buffer = [0; MAX_DATAGRAM];
     for (index, endpoint) in ENDPOINTS.into_iter().enumerate() {
         for _ in 0..MOST_QUEUED {

@@ -22,7 +22,7 @@ const WAY_TICKS: u32 = 20;
 
 /// What one emulated robot measures.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TouchThreshold {
+pub struct EmulatedReading {
     /// Axes as its controller counts them: joints \[rad\], rail \[m\].
     pub position: [f64; AXES],
     /// Torques of the drives \[N m\], \[N\]; only robots with joints have them.
@@ -141,12 +141,12 @@ impl World {
     }
 
     /// What robot 1 or 2 (0 or 1 here) measures.
-    pub fn robot(&self, robot: usize) -> TouchThreshold {
+    pub fn robot(&self, robot: usize) -> EmulatedReading {
         self.reading_of(robot, &self.measured.parts, 0.0)
     }
 
     /// The same so long after the last tick \[s\]: controllers do not share the physics' clock.
-    pub fn robot_after(&self, robot: usize, since: f64) -> TouchThreshold {
+    pub fn robot_after(&self, robot: usize, since: f64) -> EmulatedReading {
         if since == 0.0 {
             return self.robot(robot);
         }
@@ -154,11 +154,11 @@ impl World {
         self.reading_of(robot, &parts, since)
     }
 
-    fn reading_of(&self, robot: usize, parts: &Parts<f64>, since: f64) -> TouchThreshold {
+    fn reading_of(&self, robot: usize, parts: &Parts<f64>, since: f64) -> EmulatedReading {
         let motion = if robot == 0 { &parts.a } else { &parts.b };
         let position = self.axes[robot].holding(&self.arms, robot, motion, since);
         let torque = self.facility.drives().map(|drives| drives[robot].axis.map(|axis| axis.torque));
-        TouchThreshold { position, torque, pose: self.arms.tool_pose(robot, &position) }
+        EmulatedReading { position, torque, pose: self.arms.tool_pose(robot, &position) }
     }
 
     /// What the sensor reads, its own axes and origin.

@@ -3,8 +3,8 @@
 use super::address::LinkOption;
 use super::error::LinkError;
 use super::row::{LinkRequest, ProtocolRow, Reach, Usage};
-use crate::emulation::in_process::{Bench, CYCLE, EmulatedRobot, EmulatedSensor};
-use crate::signals::{ForceSensor, Robot};
+use crate::emulation::in_process::{CYCLE, EmulatedRobot, EmulatedSensor, InProcessRig};
+use crate::signals::{ForceSensor, RobotLink};
 use std::cell::RefCell;
 use std::rc::Rc;
 
@@ -26,7 +26,7 @@ pub(super) const ROW: ProtocolRow = ProtocolRow {
     opens_last: false,
 };
 
-fn robot(request: &LinkRequest) -> Result<Box<dyn Robot>, LinkError> {
+fn robot(request: &LinkRequest) -> Result<Box<dyn RobotLink>, LinkError> {
     Ok(Box::new(EmulatedRobot::new(bench(request)?, request.index)))
 }
 
@@ -34,7 +34,7 @@ fn sensor(request: &LinkRequest) -> Result<Box<dyn ForceSensor>, LinkError> {
     Ok(Box::new(EmulatedSensor::new(bench(request)?)))
 }
 
-fn bench<'a>(request: &LinkRequest<'a>) -> Result<&'a Rc<RefCell<Bench>>, LinkError> {
+fn bench<'a>(request: &LinkRequest<'a>) -> Result<&'a Rc<RefCell<InProcessRig>>, LinkError> {
     let missing = || LinkError::refused("there is no emulated facility in this process", "report this");
     request.context.bench.ok_or_else(missing)
 }

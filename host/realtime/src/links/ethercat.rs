@@ -4,7 +4,7 @@ use super::address::LinkOption;
 use super::error::LinkError;
 use super::row::{LinkNotice, LinkRequest, ProtocolRow, Reach, Usage};
 use crate::protocol::ethercat::{AxisScale, CYCLE, EtherCatConfig, EtherCatRobot};
-use crate::signals::Robot;
+use crate::signals::RobotLink;
 use softdock_campaign::Station;
 
 const CYCLE_MS: LinkOption = LinkOption::cycle(CYCLE);
@@ -28,7 +28,7 @@ pub(super) const ROW: ProtocolRow = ProtocolRow {
     opens_last: true,
 };
 
-fn robot(request: &LinkRequest) -> Result<Box<dyn Robot>, LinkError> {
+fn robot(request: &LinkRequest) -> Result<Box<dyn RobotLink>, LinkError> {
     let LinkRequest { address, index, context } = request;
     let config = EtherCatConfig { cycle: address.cycle(&CYCLE_MS)?, ..segment(context.station, *index)? };
     let opened = EtherCatRobot::open(address.place(), &config)?;

@@ -3,13 +3,13 @@
 use super::address::{LinkAddress, LinkOption};
 use super::error::LinkError;
 use super::row::{EmulatedEnd, LinkRequest, ProtocolRow, Reach, Reporter, Usage, bind, towards};
-use crate::protocol::Controller;
+use crate::protocol::EmulatedController;
 use crate::protocol::fanuc::armed::ArmedFanuc;
 use crate::protocol::fanuc::controller::FanucController;
 use crate::protocol::fanuc::driver::FanucRobot;
 use crate::protocol::fanuc::rmi_server::RmiServer;
 use crate::protocol::fanuc::{CYCLE, RMI_PORT, STREAM_PORT};
-use crate::signals::Robot;
+use crate::signals::RobotLink;
 use std::net::SocketAddr;
 use std::time::Duration;
 
@@ -43,7 +43,7 @@ pub(super) const ROW: ProtocolRow = ProtocolRow {
 };
 
 /// An arm; armed, its program that follows the stream is started over the Remote Motion Interface.
-fn robot(request: &LinkRequest) -> Result<Box<dyn Robot>, LinkError> {
+fn robot(request: &LinkRequest) -> Result<Box<dyn RobotLink>, LinkError> {
     let address = request.address;
     let stream = address.socket(STREAM_PORT)?;
     let rmi = address.port(&RMI)?;
@@ -60,7 +60,7 @@ fn robot(request: &LinkRequest) -> Result<Box<dyn Robot>, LinkError> {
     Ok(Box::new(robot))
 }
 
-fn controller(address: &LinkAddress, _: bool, _: Reporter) -> Result<EmulatedEnd<dyn Controller>, LinkError> {
+fn controller(address: &LinkAddress, _: bool, _: Reporter) -> Result<EmulatedEnd<dyn EmulatedController>, LinkError> {
     let place = address.listening(STREAM_PORT)?;
     let rmi = address.port(&RMI)?;
     let server = RmiServer::start(SocketAddr::new(place.ip(), rmi)).map_err(|error| {

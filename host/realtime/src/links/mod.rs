@@ -17,8 +17,8 @@ pub use address::LinkAddress;
 pub use error::LinkError;
 pub use row::{EmulatedEnd, LinkContext, LinkNotice, LinkRequest, ProtocolRow, Reach, Reporter};
 
-use crate::protocol::{Controller, SensorBox};
-use crate::signals::{ForceSensor, Robot};
+use crate::protocol::{EmulatedController, SensorBox};
+use crate::signals::{ForceSensor, RobotLink};
 use crate::time::Nanos;
 use crate::wire::udp::UdpPort;
 use softdock_campaign::Station;
@@ -120,7 +120,7 @@ impl CheckedAddress {
     ///
     /// # Errors
     /// If the link or the robot refuses.
-    pub fn open_robot(&self, index: usize, context: &LinkContext) -> Result<Box<dyn Robot>, LinkError> {
+    pub fn open_robot(&self, index: usize, context: &LinkContext) -> Result<Box<dyn RobotLink>, LinkError> {
         match self.row.robot {
             Some(open) => open(&LinkRequest { address: &self.address, index, context }),
             None => Err(LinkError::address(format!("`{}` is no robot's address", self.shown()), "name a robot's")),
@@ -142,7 +142,11 @@ impl CheckedAddress {
     ///
     /// # Errors
     /// If a port is taken, or the address does not state what the controller needs.
-    pub fn emulate_robot(&self, rail: bool, report: Reporter) -> Result<EmulatedEnd<dyn Controller>, LinkError> {
+    pub fn emulate_robot(
+        &self,
+        rail: bool,
+        report: Reporter,
+    ) -> Result<EmulatedEnd<dyn EmulatedController>, LinkError> {
         match self.row.emulated_robot {
             Some(emulate) => emulate(&self.address, rail, report),
             None => Err(LinkError::address(format!("`{}` has no emulated side", self.shown()), "write another")),

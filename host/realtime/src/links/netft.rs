@@ -4,7 +4,7 @@ use super::address::{LinkAddress, LinkOption};
 use super::error::LinkError;
 use super::row::{EmulatedEnd, LinkNotice, LinkRequest, ProtocolRow, Reach, Reporter, Usage, anywhere, bind};
 use crate::protocol::SensorBox;
-use crate::protocol::netft::calibration::Calibration;
+use crate::protocol::netft::calibration::NetFtCalibration;
 use crate::protocol::netft::driver::{NetFt, NetFtSettings, OnSilence};
 use crate::protocol::netft::http::{CalibrationServer, fetch_calibration};
 use crate::protocol::netft::sensor_box::NetBox;
@@ -62,8 +62,8 @@ fn sensor(request: &LinkRequest) -> Result<Box<dyn ForceSensor>, LinkError> {
 }
 
 /// Whether a box is the one that the facility file describes, and sends what its sensor measures.
-fn check_box(calibration: &Calibration, station: &Station, report: Reporter) -> Result<(), LinkError> {
-    let Calibration { product, serial, .. } = calibration;
+fn check_box(calibration: &NetFtCalibration, station: &Station, report: Reporter) -> Result<(), LinkError> {
+    let NetFtCalibration { product, serial, .. } = calibration;
     report(LinkNotice::Sensor { product: product.clone(), serial: serial.clone() });
     if let Some(wanted) = station.sensor_serial.as_deref().filter(|wanted| Some(*wanted) != serial.as_deref()) {
         let stated = serial.as_deref().unwrap_or("none");
@@ -85,7 +85,7 @@ fn check_box(calibration: &Calibration, station: &Station, report: Reporter) -> 
 }
 
 fn sensor_box(address: &LinkAddress) -> Result<EmulatedEnd<dyn SensorBox>, LinkError> {
-    let calibration = Calibration::new(COUNTS, COUNTS)?;
+    let calibration = NetFtCalibration::new(COUNTS, COUNTS)?;
     let place = address.listening(RDT_PORT)?;
     let http = address.port(&HTTP)?;
     let rate = address.number(&RATE)?;

@@ -2,9 +2,9 @@
 
 use super::address::{LinkAddress, LinkOption};
 use super::error::LinkError;
-use crate::emulation::in_process::Bench;
-use crate::protocol::{Controller, SensorBox};
-use crate::signals::{ForceSensor, Robot};
+use crate::emulation::in_process::InProcessRig;
+use crate::protocol::{EmulatedController, SensorBox};
+use crate::signals::{ForceSensor, RobotLink};
 use crate::wire::udp::UdpPort;
 use softdock_campaign::Station;
 use std::any::Any;
@@ -74,11 +74,11 @@ pub struct ProtocolRow {
 }
 
 /// Opens a link to a robot.
-pub type OpenRobot = fn(&LinkRequest) -> Result<Box<dyn Robot>, LinkError>;
+pub type OpenRobot = fn(&LinkRequest) -> Result<Box<dyn RobotLink>, LinkError>;
 /// Opens a link to a sensor.
 pub type OpenSensor = fn(&LinkRequest) -> Result<Box<dyn ForceSensor>, LinkError>;
 /// Builds an emulated controller; the flag states whether its robot stands on a rail.
-pub type EmulateRobot = fn(&LinkAddress, bool, Reporter) -> Result<EmulatedEnd<dyn Controller>, LinkError>;
+pub type EmulateRobot = fn(&LinkAddress, bool, Reporter) -> Result<EmulatedEnd<dyn EmulatedController>, LinkError>;
 /// Builds the electronics of an emulated sensor.
 pub type EmulateSensor = fn(&LinkAddress) -> Result<EmulatedEnd<dyn SensorBox>, LinkError>;
 /// Writes a controller's configuration for an address; the flag states whether its robot stands on a rail.
@@ -93,7 +93,7 @@ pub struct LinkContext<'a> {
     /// The facility.
     pub station: &'a Station,
     /// The facility in this process, if some device is emulated.
-    pub bench: Option<&'a Rc<RefCell<Bench>>>,
+    pub bench: Option<&'a Rc<RefCell<InProcessRig>>>,
     /// Takes what the opening reports.
     pub report: Reporter<'a>,
 }

@@ -3,14 +3,14 @@
 use super::address::{FROM, LinkAddress, LinkOption};
 use super::error::LinkError;
 use super::row::{EmulatedEnd, LinkNotice, LinkRequest, ProtocolRow, Reach, Reporter, Usage, bind, towards};
-use crate::protocol::Controller;
+use crate::protocol::EmulatedController;
 use crate::protocol::rsi::context::rsi_ethernet;
 use crate::protocol::rsi::controller::{Krc, KrcSettings};
 use crate::protocol::rsi::driver::RsiRobot;
-use crate::protocol::rsi::ethernet_file::{Expected, read_rsi_ethernet};
+use crate::protocol::rsi::ethernet_file::{RsiExpectation, read_rsi_ethernet};
 use crate::protocol::rsi::tags::{Correction, TagMap};
 use crate::protocol::rsi::{CYCLE, RSI_PORT};
-use crate::signals::Robot;
+use crate::signals::RobotLink;
 use std::path::{Path, PathBuf};
 
 const CYCLE_MS: LinkOption = LinkOption::cycle(CYCLE);
@@ -53,13 +53,17 @@ pub(super) const ROW: ProtocolRow = ProtocolRow {
     opens_last: false,
 };
 
-fn robot(request: &LinkRequest) -> Result<Box<dyn Robot>, LinkError> {
+fn robot(request: &LinkRequest) -> Result<Box<dyn RobotLink>, LinkError> {
     let (address, from) = (request.address, request.known_host()?);
     let tags = tag_map(address, request.rail(), request.context.report)?;
     Ok(Box::new(RsiRobot::new(bind(address.socket(RSI_PORT)?)?, tags, from)?))
 }
 
-fn controller(address: &LinkAddress, rail: bool, report: Reporter) -> Result<EmulatedEnd<dyn Controller>, LinkError> {
+fn controller(
+    address: &LinkAddress,
+    rail: bool,
+    report: Reporter,
+) -> Result<EmulatedEnd<dyn EmulatedController>, LinkError> {
     let client = address.socket(RSI_PORT)?;
     let settings = KrcSettings::new(tag_map(address, rail, report)?, client);
     Ok(EmulatedEnd { device: Box::new(Krc::new(settings)), port: bind(towards(client))?, server: None })
@@ -90,7 +94,7 @@ fn tag_map(address: &LinkAddress, rail: bool, report: Reporter) -> Result<TagMap
             let what = format!("`type={kind}` beside `tags={}`", file.display());
             return Err(LinkError::address(what, "leave type away: SENTYPE of the file says it"));
         }
-        let expected = Expected { mode, cycle, rail, torque: torque.as_deref() };
+        let expected = RsiExpectation { mode, cycle, rail, torque: torque.as_deref() };
         return tag_map_of(&file, address, &expected, report);
     }
     if let Some(torque) = torque {
@@ -111,7 +115,12 @@ fn tag_map(address: &LinkAddress, rail: bool, report: Reporter) -> Result<TagMap
 }
 
 /// The tag map of a controller's file; a warning if the file sends to another port.
-fn tag_map_of(file: &Path, address: &LinkAddress, expected: &Expected, report: Reporter) -> Result<TagMap, LinkError> {
+fn tag_map_of(
+    file: &Path,
+    address: &LinkAddress,
+    expected: &RsiExpectation,
+    report: Reporter,
+) -> Result<TagMap, LinkError> {
     // A controller reads a few kilobytes.
     let text = softdock_input::read_text(file, 256 << 10).map_err(|error| {
         let remedy = "copy rsi_ethernet.xml from the controller's SensorInterface folder";

@@ -5,7 +5,7 @@
 
 use super::codes::StopCause;
 use super::record::CycleRecord;
-use super::table::{Column, Logged, Type, Value, columns, store};
+use super::table::{LogColumn, LogValue, Logged, Type, columns, store};
 use crate::time::Nanos;
 use std::fmt::Write as _;
 use std::io::{self, Write};
@@ -22,7 +22,7 @@ pub struct Circumstances {
 }
 
 /// The last records, and the one that stopped.
-pub struct Evidence {
+pub struct EvidenceBuffer {
     ring: Box<[CycleRecord]>,
     pushed: u64,
     stop: Option<(StopCause, u64, Nanos)>,
@@ -33,7 +33,7 @@ pub struct Evidence {
 /// What follows a stop is kept for this share of what came before it: enough to see the ramp begin.
 const AFTER: usize = 8;
 
-impl Evidence {
+impl EvidenceBuffer {
     /// Memory for `span` of records before a stop, one each `cycle`, and an eighth of it after; all of it is touched
     /// here.
     pub fn new(span: Nanos, cycle: Nanos) -> Self {
@@ -100,7 +100,7 @@ impl Evidence {
         }
         let names: Vec<&str> = columns.iter().map(|column| column.name.as_str()).collect();
         writeln!(out, "{}", names.join(","))?;
-        let (mut values, mut line) = (vec![Value::Word(0); columns.len()], String::new());
+        let (mut values, mut line) = (vec![LogValue::Word(0); columns.len()], String::new());
         for record in self.records() {
             store(record, &mut values);
             row(&mut line, &columns, &values);
@@ -111,7 +111,7 @@ impl Evidence {
 }
 
 /// One line of CSV. Reals are written so that they read back as the same number.
-fn row(line: &mut String, columns: &[Column], values: &[Value]) {
+fn row(line: &mut String, columns: &[LogColumn], values: &[LogValue]) {
     line.clear();
     for (place, (column, value)) in columns.iter().zip(values).enumerate() {
         if place > 0 {
@@ -119,12 +119,12 @@ fn row(line: &mut String, columns: &[Column], values: &[Value]) {
         }
         // Writing to a String cannot fail.
         let _ = match (column.kind, value) {
-            (_, Value::Real(real)) if real.is_nan() => Ok(()),
-            (_, Value::Real(real)) => write!(line, "{real}"),
-            (_, Value::Signed(time)) => write!(line, "{time}"),
-            (_, Value::Whole(count)) => write!(line, "{count}"),
-            (Type::Code(words), Value::Word(code)) => write!(line, "{}", words.get(*code as usize).unwrap_or(&"")),
-            (_, Value::Word(word)) => write!(line, "{word}"),
+            (_, LogValue::Real(real)) if real.is_nan() => Ok(()),
+            (_, LogValue::Real(real)) => write!(line, "{real}"),
+            (_, LogValue::Signed(time)) => write!(line, "{time}"),
+            (_, LogValue::Whole(count)) => write!(line, "{count}"),
+            (Type::Code(words), LogValue::Word(code)) => write!(line, "{}", words.get(*code as usize).unwrap_or(&"")),
+            (_, LogValue::Word(word)) => write!(line, "{word}"),
         };
     }
     line.push('\n');
@@ -137,7 +137,7 @@ mod tests {
 
     const CYCLE: Nanos = Nanos::from_millis(1);
 
-    fn text(evidence: &Evidence) -> String {
+    fn text(evidence: &EvidenceBuffer) -> String {
         let circumstances = Circumstances {
             limits: "robot_1 axis 1: 1.22 rad/s\nsensor age: 5 ms".to_owned(),
             clock: "virtual".to_owned(),
@@ -150,7 +150,7 @@ mod tests {
 
     #[test]
     fn the_last_two_seconds_before_a_stop_and_what_followed_are_kept() {
-        let mut evidence = Evidence::new(Nanos::from_millis(2_000), CYCLE);
+        let mut evidence = EvidenceBuffer::new(Nanos::from_millis(2_000), CYCLE);
         (0..5_000).for_each(|n| evidence.push(&sample::cycle(n)));
         (5_000..9_000).for_each(|n| evidence.push(&sample::stopping(n)));
         assert_eq!(evidence.stop(), Some((StopCause::AxisLimit, 5_000, Nanos::from_millis(5_000))));
@@ -160,7 +160,7 @@ mod tests {
 
     #[test]
     fn the_text_names_cause_cycle_limits_and_clock_and_holds_every_column() {
-        let mut evidence = Evidence::new(Nanos::from_millis(10), CYCLE);
+        let mut evidence = EvidenceBuffer::new(Nanos::from_millis(10), CYCLE);
         (0..3).for_each(|n| evidence.push(&sample::cycle(n)));
         evidence.push(&sample::stopping(3));
         let text = text(&evidence);
@@ -192,7 +192,7 @@ mod tests {
 
     #[test]
     fn evidence_of_a_short_or_quiet_drive() {
-        let mut evidence = Evidence::new(Nanos::from_millis(2_000), CYCLE);
+        let mut evidence = EvidenceBuffer::new(Nanos::from_millis(2_000), CYCLE);
         assert_eq!(evidence.records().count(), 0);
         (0..7).for_each(|n| evidence.push(&sample::cycle(n)));
         assert_eq!(evidence.records().map(|record| record.cycle).collect::<Vec<_>>(), (0..7).collect::<Vec<_>>());

@@ -1,7 +1,7 @@
 //! Records as columns, for tables: the values of many cycles, signal by signal.
 
 use super::record::CycleRecord;
-use super::table::{Column, Type, Value, columns, store};
+use super::table::{LogColumn, LogValue, Type, columns, store};
 
 /// The values of one column, one per cycle.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,7 +29,7 @@ impl Cells {
         }
     }
 
-    fn push(&mut self, value: Value) {
+    fn push(&mut self, value: LogValue) {
         match (self, value) {
             (Self::Real(cells), value) => cells.push(value.real()),
             (Self::Signed(cells), value) => cells.push(value.signed()),
@@ -40,10 +40,10 @@ impl Cells {
 }
 
 /// Every column with the records' values, in the order of the table.
-pub fn cells(records: &[CycleRecord]) -> Vec<(Column, Cells)> {
+pub fn cells(records: &[CycleRecord]) -> Vec<(LogColumn, Cells)> {
     let columns = columns::<CycleRecord>();
     let mut cells: Vec<Cells> = columns.iter().map(|column| Cells::with_capacity(column.kind, records.len())).collect();
-    let mut values: Vec<Value> = columns.iter().map(|column| Value::blank(column.kind)).collect();
+    let mut values: Vec<LogValue> = columns.iter().map(|column| LogValue::blank(column.kind)).collect();
     for record in records {
         store(record, &mut values);
         cells.iter_mut().zip(&values).for_each(|(cells, value)| cells.push(*value));

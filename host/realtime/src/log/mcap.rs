@@ -5,9 +5,9 @@
 
 use super::cdr::Encoder;
 use super::record::CycleRecord;
-use super::scene::Scene;
+use super::scene::LoggedScene;
 use super::schemas;
-use super::table::{Value, store};
+use super::table::{LogValue, store};
 use super::topics::{DESCRIPTION_TOPIC, FIXED_FRAMES_TOPIC, Topics, default_names, fixed_frames};
 use crate::signals::AXES;
 use crate::time::Nanos;
@@ -62,7 +62,7 @@ pub struct Setup {
     /// Start of the drive since the Unix epoch.
     pub started: Nanos,
     /// Robots, sensor and parts, for tools that draw them.
-    pub scene: Option<Scene>,
+    pub scene: Option<LoggedScene>,
     /// Names of the axes of robots 1 and 2, rail last, as the URDF has them.
     pub axis_names: [[String; AXES]; 2],
     /// Campaign, draw, facility file.
@@ -97,7 +97,7 @@ pub struct LogFile<W: Write + Seek> {
     writer: Writer<W>,
     topics: Topics,
     channels: Vec<u16>,
-    values: Vec<Value>,
+    values: Vec<LogValue>,
     message: Encoder,
     unflushed: u64,
     totals: Totals,

@@ -3,7 +3,7 @@
 //! The cycle fills a [`record::CycleRecord`] and hands it to a [`writer::LogWriter`], which never blocks it; a thread
 //! of normal priority writes MCAP ([`mcap`]), and [`reader`] gives the same records back bit for bit. What a record
 //! holds is declared once, in [`record`]: the message of the topic `/hil/cycle`, the columns of the Parquet export and
-//! the reader follow from it. An [`evidence::Evidence`] ring keeps the last seconds apart from all of that.
+//! the reader follow from it. An [`evidence::EvidenceBuffer`] ring keeps the last seconds apart from all of that.
 
 #[macro_use]
 pub mod table;

@@ -2,7 +2,7 @@
 
 use super::mcap::{Attachment, LogError, PROVENANCE};
 use super::record::CycleRecord;
-use super::table::{Value, load};
+use super::table::{LogValue, load};
 use super::topics::{CYCLE_TOPIC, DESCRIPTION_TOPIC, Topics, default_names};
 use mcap::McapError;
 use mcap::records::{Record, SchemaHeader};
@@ -57,8 +57,8 @@ pub struct LogReader<R> {
     cycle: usize,
     schemas: HashMap<u16, String>,
     channels: HashMap<u16, Target>,
-    blank: Vec<Value>,
-    values: Vec<Value>,
+    blank: Vec<LogValue>,
+    values: Vec<LogValue>,
     prologue: Prologue,
     begun: bool,
     over: bool,

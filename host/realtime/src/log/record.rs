@@ -5,7 +5,7 @@
 //! standard topics. Times are since the start of the drive, on our clock, but for a robot's own stamp.
 
 use super::codes::{LimitKind, OrderKind, Phase, StopCause, force_flags, robot_flags};
-use super::table::{Column, Logged, Type, Value, scalar};
+use super::table::{LogColumn, LogValue, Logged, Type, scalar};
 use crate::signals::WireState;
 use crate::signals::{AXES, ForceSample, LinkCounters, Order, RobotState};
 use crate::time::Nanos;
@@ -45,16 +45,16 @@ impl LimitFlags {
 
 impl Logged for LimitFlags {
     const BLANK: Self = Self(0);
-    fn describe(name: &str, unit: &'static str, meaning: &str, out: &mut Vec<Column>) {
+    fn describe(name: &str, unit: &'static str, meaning: &str, out: &mut Vec<LogColumn>) {
         let kinds = LimitKind::WORDS.iter().enumerate().map(|(kind, word)| format!("{kind} {word}"));
         let kinds = kinds.collect::<Vec<_>>().join(", ");
         let meaning = format!("{meaning}: bit 8 kind + axis (0 to 5 joints, 6 rail, 7 tool), kinds {kinds}");
         out.push(scalar(name, unit, &meaning, Type::Whole));
     }
-    fn write(&self, sink: &mut impl FnMut(Value)) {
-        sink(Value::Whole(self.0));
+    fn write(&self, sink: &mut impl FnMut(LogValue)) {
+        sink(LogValue::Whole(self.0));
     }
-    fn read(source: &mut impl FnMut() -> Value) -> Self {
+    fn read(source: &mut impl FnMut() -> LogValue) -> Self {
         Self(u64::read(source))
     }
 }

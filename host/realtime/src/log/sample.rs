@@ -2,7 +2,7 @@
 
 use super::codes::{LimitKind, OrderKind, Phase, StopCause, force_flags, robot_flags};
 use super::record::{CycleRecord, ForceRecord, RobotRecord};
-use super::table::{Logged, Type, Value, columns, load};
+use super::table::{LogValue, Logged, Type, columns, load};
 use crate::signals::WireState;
 use crate::signals::{AXES, LinkCounters};
 use crate::time::Nanos;
@@ -156,12 +156,12 @@ pub(crate) fn any(seed: u64) -> CycleRecord {
             blank = !blank;
         }
         match column.kind {
-            _ if blank => Value::blank(column.kind),
-            Type::Real => Value::Real(real(choice >> 32, bits)),
-            Type::Signed => Value::Signed(bits as i64),
-            Type::Whole => Value::Whole(bits),
-            Type::Word => Value::Word(bits as u32),
-            Type::Code(words) => Value::Word((bits % words.len() as u64) as u32),
+            _ if blank => LogValue::blank(column.kind),
+            Type::Real => LogValue::Real(real(choice >> 32, bits)),
+            Type::Signed => LogValue::Signed(bits as i64),
+            Type::Whole => LogValue::Whole(bits),
+            Type::Word => LogValue::Word(bits as u32),
+            Type::Code(words) => LogValue::Word((bits % words.len() as u64) as u32),
         }
     });
     load(&values.collect::<Vec<_>>())
@@ -180,7 +180,7 @@ fn real(choice: u64, bits: u64) -> f64 {
 }
 
 /// A record's values, to compare bit by bit.
-pub(crate) fn values(record: &CycleRecord) -> Vec<Value> {
+pub(crate) fn values(record: &CycleRecord) -> Vec<LogValue> {
     let mut out = Vec::new();
     record.write(&mut |value| out.push(value));
     out

@@ -20,7 +20,7 @@ pub const SENSOR_FRAME: &str = "ft_sensor";
 
 /// Robots, sensor and parts of a session, as a log describes them.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Scene {
+pub struct LoggedScene {
     /// Both robots as one tree from the laboratory on.
     pub urdf: String,
     /// Frames that stand still in their parents.
@@ -65,7 +65,7 @@ impl Moving {
     }
 }
 
-impl Scene {
+impl LoggedScene {
     /// The robots of a facility under a scenario's parts; `names` are those of their axes, rail last.
     ///
     /// # Errors

@@ -1,6 +1,6 @@
 //! Message definitions of ROS 2, each with those that it needs, and our own message made from the log's table.
 
-use super::table::{Column, Type};
+use super::table::{LogColumn, Type};
 use std::fmt::Write;
 
 /// A rule between the definitions of one schema text.
@@ -100,10 +100,10 @@ pub(crate) fn string() -> Schema {
 pub(crate) const CYCLE: &str = "softdock_msgs/msg/Cycle";
 
 /// Our own message: a header, and one field per column of the log that no standard message carries.
-pub(crate) fn cycle<'a>(columns: impl Iterator<Item = &'a Column>) -> Schema {
+pub(crate) fn cycle<'a>(columns: impl Iterator<Item = &'a LogColumn>) -> Schema {
     let mut definition = "std_msgs/Header header\n".to_owned();
     for column in columns {
-        let Column { name, unit, meaning, kind } = column;
+        let LogColumn { name, unit, meaning, kind } = column;
         let _ = writeln!(definition, "{} {name}  # [{unit}] {meaning}", primitive(*kind));
     }
     schema(CYCLE, &definition, &[HEADER, TIME])

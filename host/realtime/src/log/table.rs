@@ -24,7 +24,7 @@ pub enum Type {
 
 /// One value of a record.
 #[derive(Clone, Copy, Debug)]
-pub enum Value {
+pub enum LogValue {
     /// Of [`Type::Real`].
     Real(f64),
     /// Of [`Type::Signed`].
@@ -35,7 +35,7 @@ pub enum Value {
     Word(u32),
 }
 
-impl Value {
+impl LogValue {
     /// No value: what a column holds that nothing was written to.
     pub const fn blank(column: Type) -> Self {
         match column {
@@ -74,7 +74,7 @@ impl Value {
 }
 
 /// Bit by bit: a NaN equals itself, and 0 differs from -0.
-impl PartialEq for Value {
+impl PartialEq for LogValue {
     fn eq(&self, other: &Self) -> bool {
         std::mem::discriminant(self) == std::mem::discriminant(other) && self.bits() == other.bits()
     }
@@ -82,7 +82,7 @@ impl PartialEq for Value {
 
 /// One column of the log.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Column {
+pub struct LogColumn {
     /// snake_case, with the unit as a suffix (`robot_1_position_1_rad`).
     pub name: String,
     /// SI unit, `ns` for times that must be exact, `1` for a pure number.
@@ -97,38 +97,38 @@ pub struct Column {
 pub trait Logged: Copy {
     /// Nothing known: reals are NaN, whole numbers 0.
     const BLANK: Self;
-    /// Appends one [`Column`] per scalar.
-    fn describe(name: &str, unit: &'static str, meaning: &str, out: &mut Vec<Column>);
+    /// Appends one [`LogColumn`] per scalar.
+    fn describe(name: &str, unit: &'static str, meaning: &str, out: &mut Vec<LogColumn>);
     /// Gives out the scalars.
-    fn write(&self, sink: &mut impl FnMut(Value));
+    fn write(&self, sink: &mut impl FnMut(LogValue));
     /// Builds the value from its scalars.
-    fn read(source: &mut impl FnMut() -> Value) -> Self;
+    fn read(source: &mut impl FnMut() -> LogValue) -> Self;
 }
 
 /// The columns of a logged value.
-pub fn columns<L: Logged>() -> Vec<Column> {
+pub fn columns<L: Logged>() -> Vec<LogColumn> {
     let mut out = Vec::new();
     L::describe("", "1", "", &mut out);
     out
 }
 
 /// Puts a logged value into a buffer that is as long as its table; allocates nothing.
-pub fn store<L: Logged>(value: &L, buffer: &mut [Value]) {
+pub fn store<L: Logged>(value: &L, buffer: &mut [LogValue]) {
     let mut places = buffer.iter_mut();
     value.write(&mut |value| *places.next().expect("a buffer as long as the table") = value);
 }
 
 /// The logged value whose scalars stand in a buffer.
-pub fn load<L: Logged>(buffer: &[Value]) -> L {
+pub fn load<L: Logged>(buffer: &[LogValue]) -> L {
     let mut values = buffer.iter();
     L::read(&mut || *values.next().expect("a buffer as long as the table"))
 }
 
 /// The column of one scalar.
-pub(crate) fn scalar(name: &str, unit: &'static str, meaning: &str, kind: Type) -> Column {
+pub(crate) fn scalar(name: &str, unit: &'static str, meaning: &str, kind: Type) -> LogColumn {
     let suffix = unit_suffix(unit);
     let name = if suffix.is_empty() { name.to_owned() } else { format!("{name}_{suffix}") };
-    Column { name, unit, meaning: meaning.to_owned(), kind }
+    LogColumn { name, unit, meaning: meaning.to_owned(), kind }
 }
 
 /// What a part means inside a whole.
@@ -139,21 +139,21 @@ pub(crate) fn within(whole: &str, part: &str) -> String {
     }
 }
 
-/// Declares a scalar of the log: type, column type, blank value, to and from [`Value`].
+/// Declares a scalar of the log: type, column type, blank value, to and from [`LogValue`].
 macro_rules! scalar {
     ($ty:ty, $kind:expr, $blank:expr, $value:ident => $to:expr, $variant:ident($inner:ident) => $from:expr) => {
         impl Logged for $ty {
             const BLANK: Self = $blank;
-            fn describe(name: &str, unit: &'static str, meaning: &str, out: &mut Vec<Column>) {
+            fn describe(name: &str, unit: &'static str, meaning: &str, out: &mut Vec<LogColumn>) {
                 out.push(scalar(name, unit, meaning, $kind));
             }
-            fn write(&self, sink: &mut impl FnMut(Value)) {
+            fn write(&self, sink: &mut impl FnMut(LogValue)) {
                 let $value = *self;
-                sink(Value::$variant($to));
+                sink(LogValue::$variant($to));
             }
-            fn read(source: &mut impl FnMut() -> Value) -> Self {
+            fn read(source: &mut impl FnMut() -> LogValue) -> Self {
                 match source() {
-                    Value::$variant($inner) => $from,
+                    LogValue::$variant($inner) => $from,
                     _ => Self::BLANK,
                 }
             }
@@ -170,17 +170,17 @@ macro_rules! code {
     ($($ty:ident),*) => {$(
         impl Logged for super::codes::$ty {
             const BLANK: Self = Self::ALL[0];
-            fn describe(name: &str, unit: &'static str, meaning: &str, out: &mut Vec<Column>) {
+            fn describe(name: &str, unit: &'static str, meaning: &str, out: &mut Vec<LogColumn>) {
                 let words = Self::WORDS.iter().enumerate().map(|(code, word)| format!("{code} {word}"));
                 let meaning = format!("{meaning}: {}", words.collect::<Vec<_>>().join(", "));
                 out.push(scalar(name, unit, &meaning, Type::Code(Self::WORDS)));
             }
-            fn write(&self, sink: &mut impl FnMut(Value)) {
-                sink(Value::Word(self.code()));
+            fn write(&self, sink: &mut impl FnMut(LogValue)) {
+                sink(LogValue::Word(self.code()));
             }
-            fn read(source: &mut impl FnMut() -> Value) -> Self {
+            fn read(source: &mut impl FnMut() -> LogValue) -> Self {
                 match source() {
-                    Value::Word(code) => Self::from_code(code),
+                    LogValue::Word(code) => Self::from_code(code),
                     _ => Self::BLANK,
                 }
             }
@@ -193,7 +193,7 @@ code!(Phase, StopCause, OrderKind);
 /// Axes count from 1; the rail stands last, in the unit of a straight axis.
 impl Logged for [f64; AXES] {
     const BLANK: Self = [f64::NAN; AXES];
-    fn describe(name: &str, unit: &'static str, meaning: &str, out: &mut Vec<Column>) {
+    fn describe(name: &str, unit: &'static str, meaning: &str, out: &mut Vec<LogColumn>) {
         for axis in 0..RAIL {
             f64::describe(&join(name, &(axis + 1).to_string()), unit, &within(meaning, "joint"), out);
         }
@@ -204,10 +204,10 @@ impl Logged for [f64; AXES] {
         };
         f64::describe(&join(name, "rail"), straight, &within(meaning, "rail"), out);
     }
-    fn write(&self, sink: &mut impl FnMut(Value)) {
-        self.iter().for_each(|value| sink(Value::Real(*value)));
+    fn write(&self, sink: &mut impl FnMut(LogValue)) {
+        self.iter().for_each(|value| sink(LogValue::Real(*value)));
     }
-    fn read(source: &mut impl FnMut() -> Value) -> Self {
+    fn read(source: &mut impl FnMut() -> LogValue) -> Self {
         std::array::from_fn(|_| f64::read(source))
     }
 }
@@ -217,17 +217,17 @@ macro_rules! bundled {
     ($ty:ty, $blank:expr) => {
         impl Logged for $ty {
             const BLANK: Self = $blank;
-            fn describe(name: &str, unit: &'static str, meaning: &str, out: &mut Vec<Column>) {
+            fn describe(name: &str, unit: &'static str, meaning: &str, out: &mut Vec<LogColumn>) {
                 let mut parts: Vec<Field> = Vec::new();
                 <$ty as fields::Bundle<f64>>::describe(name, unit, "", &mut parts);
                 for field in parts {
                     out.push(scalar(&field.name, field.unit, &within(meaning, field.meaning), Type::Real));
                 }
             }
-            fn write(&self, sink: &mut impl FnMut(Value)) {
-                fields::Bundle::<f64>::write(self, &mut |value| sink(Value::Real(value)));
+            fn write(&self, sink: &mut impl FnMut(LogValue)) {
+                fields::Bundle::<f64>::write(self, &mut |value| sink(LogValue::Real(value)));
             }
-            fn read(source: &mut impl FnMut() -> Value) -> Self {
+            fn read(source: &mut impl FnMut() -> LogValue) -> Self {
                 <$ty as fields::Bundle<f64>>::read(&mut || f64::read(source))
             }
         }
@@ -247,7 +247,7 @@ macro_rules! logged {
     ($name:ty { $($field:ident : $ty:ty, $unit:literal, $meaning:literal;)* }) => {
         impl $crate::log::table::Logged for $name {
             const BLANK: Self = Self { $($field: <$ty as $crate::log::table::Logged>::BLANK,)* };
-            fn describe(name: &str, _unit: &'static str, meaning: &str, out: &mut Vec<$crate::log::table::Column>) {
+            fn describe(name: &str, _unit: &'static str, meaning: &str, out: &mut Vec<$crate::log::table::LogColumn>) {
                 $(<$ty as $crate::log::table::Logged>::describe(
                     &softdock_kernels::fields::join(name, stringify!($field)),
                     $unit,
@@ -255,10 +255,10 @@ macro_rules! logged {
                     out,
                 );)*
             }
-            fn write(&self, sink: &mut impl FnMut($crate::log::table::Value)) {
+            fn write(&self, sink: &mut impl FnMut($crate::log::table::LogValue)) {
                 $($crate::log::table::Logged::write(&self.$field, sink);)*
             }
-            fn read(source: &mut impl FnMut() -> $crate::log::table::Value) -> Self {
+            fn read(source: &mut impl FnMut() -> $crate::log::table::LogValue) -> Self {
                 Self { $($field: <$ty as $crate::log::table::Logged>::read(source),)* }
             }
         }

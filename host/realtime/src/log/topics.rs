@@ -6,9 +6,9 @@
 
 use super::cdr::{Decoder, Encoder};
 use super::record::CycleRecord;
-use super::scene::{LABORATORY_FRAME, Scene};
+use super::scene::{LABORATORY_FRAME, LoggedScene};
 use super::schemas::{self, Schema};
-use super::table::{Column, Logged, Type, Value, columns};
+use super::table::{LogColumn, LogValue, Logged, Type, columns};
 use crate::signals::AXES;
 use softdock_kernels::vector::{Pose, Quat};
 
@@ -55,13 +55,13 @@ pub struct Topic {
 #[derive(Clone, Debug)]
 pub struct Topics {
     /// All columns of a record.
-    pub columns: Vec<Column>,
+    pub columns: Vec<LogColumn>,
     topics: Vec<Topic>,
     /// Names of the axes of robots 1 and 2, rail last, as the robots' description has them.
     names: [[String; AXES]; 2],
     wall_offset: usize,
     /// The robots' frames, and where robots 1 and 2 have their axes: emulated ones, then real ones.
-    scene: Option<Scene>,
+    scene: Option<LoggedScene>,
     axes: [[usize; 2]; 2],
     part_a: usize,
 }
@@ -78,7 +78,7 @@ pub fn default_names() -> [[String; AXES]; 2] {
 
 impl Topics {
     /// The topics, with these names of the axes, and the robots' frames among the transforms if they are known.
-    pub fn new(names: [[String; AXES]; 2], scene: Option<Scene>) -> Self {
+    pub fn new(names: [[String; AXES]; 2], scene: Option<LoggedScene>) -> Self {
         let columns = columns::<CycleRecord>();
         let at = |name: &str| {
             let found = columns.iter().position(|column| column.name == name);
@@ -142,7 +142,7 @@ impl Topics {
     }
 
     /// Writes the message of a topic; false if there is nothing to say.
-    pub(crate) fn encode(&self, topic: usize, values: &[Value], out: &mut Encoder) -> bool {
+    pub(crate) fn encode(&self, topic: usize, values: &[LogValue], out: &mut Encoder) -> bool {
         let topic = &self.topics[topic];
         let stamp = values[topic.stamp].signed().wrapping_add(values[self.wall_offset].signed());
         out.start();
@@ -173,7 +173,7 @@ impl Topics {
     }
 
     /// The poses of parts that are known, and the robots' frames, as transforms; false without any.
-    fn transforms(&self, out: &mut Encoder, stamp: i64, frames: &[(&str, usize)], values: &[Value]) -> bool {
+    fn transforms(&self, out: &mut Encoder, stamp: i64, frames: &[(&str, usize)], values: &[LogValue]) -> bool {
         let known =
             || frames.iter().map(|(name, at)| (name, told(values, *at, POSE))).filter(|(_, pose)| !pose.is_empty());
         // Those who take the commands: the emulated robots of a dry run, else the real ones.
@@ -214,7 +214,7 @@ impl Topics {
     }
 
     /// Puts what a message says into its places; `None` if it is not a message of this topic.
-    pub(crate) fn decode(&self, topic: usize, message: &[u8], values: &mut [Value]) -> Option<()> {
+    pub(crate) fn decode(&self, topic: usize, message: &[u8], values: &mut [LogValue]) -> Option<()> {
         let mut read = Decoder::new(message)?;
         match &self.topics[topic].carried {
             Carried::Joints { position, effort, .. } => {
@@ -228,7 +228,7 @@ impl Topics {
             Carried::Wrench { at, .. } => {
                 skip_header(&mut read)?;
                 values[*at..*at + WRENCH].iter_mut().try_for_each(|value| {
-                    *value = Value::Real(read.f64()?);
+                    *value = LogValue::Real(read.f64()?);
                     Some(())
                 })
             }
@@ -247,8 +247,8 @@ impl Topics {
     }
 
     /// A record's values before anything is known.
-    pub(crate) fn blank(&self) -> Vec<Value> {
-        self.columns.iter().map(|column| Value::blank(column.kind)).collect()
+    pub(crate) fn blank(&self) -> Vec<LogValue> {
+        self.columns.iter().map(|column| LogValue::blank(column.kind)).collect()
     }
 }
 
@@ -307,9 +307,9 @@ fn standard(at: &impl Fn(&str) -> usize) -> Vec<Topic> {
 }
 
 /// A run of columns, or nothing if all of it is blank.
-fn told(values: &[Value], at: usize, count: usize) -> &[Value] {
+fn told(values: &[LogValue], at: usize, count: usize) -> &[LogValue] {
     let part = &values[at..at + count];
-    let blank = part.iter().all(|value| *value == Value::Real(f64::BLANK));
+    let blank = part.iter().all(|value| *value == LogValue::Real(f64::BLANK));
     if blank { &[] } else { part }
 }
 
@@ -331,13 +331,13 @@ fn strings(out: &mut Encoder, texts: &[String]) {
     texts.iter().for_each(|text| out.string(text));
 }
 
-fn reals(out: &mut Encoder, values: &[Value]) {
+fn reals(out: &mut Encoder, values: &[LogValue]) {
     out.u32(values.len() as u32);
     values.iter().for_each(|value| out.f64(value.real()));
 }
 
 /// Reads a sequence of axes into its places; an empty one, or one that nobody wants, changes nothing.
-fn take_reals(read: &mut Decoder, place: Option<usize>, values: &mut [Value]) -> Option<()> {
+fn take_reals(read: &mut Decoder, place: Option<usize>, values: &mut [LogValue]) -> Option<()> {
     let count = read.u32()? as usize;
     if count > AXES {
         return None;
@@ -345,7 +345,7 @@ fn take_reals(read: &mut Decoder, place: Option<usize>, values: &mut [Value]) ->
     for axis in 0..count {
         let value = read.f64()?;
         if let Some(place) = place {
-            values[place + axis] = Value::Real(value);
+            values[place + axis] = LogValue::Real(value);
         }
     }
     Some(())
@@ -360,7 +360,7 @@ fn transform(out: &mut Encoder, stamp: i64, [parent, child]: [&str; 2], pose: &P
 }
 
 /// The message of the frames that stand still in their parents.
-pub(crate) fn fixed_frames(out: &mut Encoder, stamp: i64, scene: &Scene) {
+pub(crate) fn fixed_frames(out: &mut Encoder, stamp: i64, scene: &LoggedScene) {
     out.start();
     out.u32(scene.fixed.len() as u32);
     for frame in &scene.fixed {
@@ -368,7 +368,7 @@ pub(crate) fn fixed_frames(out: &mut Encoder, stamp: i64, scene: &Scene) {
     }
 }
 
-fn take_transforms(read: &mut Decoder, frames: &[(&str, usize)], values: &mut [Value]) -> Option<()> {
+fn take_transforms(read: &mut Decoder, frames: &[(&str, usize)], values: &mut [LogValue]) -> Option<()> {
     for _ in 0..read.u32()? {
         skip_header(read)?;
         let child = read.string()?;
@@ -376,28 +376,28 @@ fn take_transforms(read: &mut Decoder, frames: &[(&str, usize)], values: &mut [V
         for place in [0, 1, 2, 4, 5, 6, 3] {
             let value = read.f64()?;
             if let Some(at) = at {
-                values[at + place] = Value::Real(value);
+                values[at + place] = LogValue::Real(value);
             }
         }
     }
     Some(())
 }
 
-fn scalar(out: &mut Encoder, value: Value) {
+fn scalar(out: &mut Encoder, value: LogValue) {
     match value {
-        Value::Real(value) => out.f64(value),
-        Value::Signed(value) => out.i64(value),
-        Value::Whole(value) => out.u64(value),
-        Value::Word(value) => out.u32(value),
+        LogValue::Real(value) => out.f64(value),
+        LogValue::Signed(value) => out.i64(value),
+        LogValue::Whole(value) => out.u64(value),
+        LogValue::Word(value) => out.u32(value),
     }
 }
 
-fn take_scalar(read: &mut Decoder, kind: Type) -> Option<Value> {
+fn take_scalar(read: &mut Decoder, kind: Type) -> Option<LogValue> {
     Some(match kind {
-        Type::Real => Value::Real(read.f64()?),
-        Type::Signed => Value::Signed(read.i64()?),
-        Type::Whole => Value::Whole(read.u64()?),
-        Type::Word | Type::Code(_) => Value::Word(read.u32()?),
+        Type::Real => LogValue::Real(read.f64()?),
+        Type::Signed => LogValue::Signed(read.i64()?),
+        Type::Whole => LogValue::Whole(read.u64()?),
+        Type::Word | Type::Code(_) => LogValue::Word(read.u32()?),
     })
 }
 

@@ -1,6 +1,6 @@
 //! A port in memory with a clock that tests set: driver and emulated other side without a network.
 
-use crate::protocol::{Controller, SensorBox};
+use crate::protocol::{EmulatedController, SensorBox};
 use crate::signals::{AXES, RobotState};
 use crate::time::Nanos;
 use crate::wire::Port;
@@ -52,13 +52,13 @@ impl MemoryPort {
     }
 
     /// Lets a controller begin its next cycle and delivers what it sends.
-    pub(crate) fn report(&self, controller: &mut dyn Controller, state: &RobotState) {
+    pub(crate) fn report(&self, controller: &mut dyn EmulatedController, state: &RobotState) {
         let now = self.now();
         controller.report(now, state, &mut |_, datagram| self.deliver(peer(), datagram));
     }
 
     /// Lets a controller take what the driver has sent.
-    pub(crate) fn answer(&self, controller: &mut dyn Controller) {
+    pub(crate) fn answer(&self, controller: &mut dyn EmulatedController) {
         let now = self.now();
         for (_, datagram) in self.sent() {
             controller.take(now, local(), &datagram, &mut |_, reply| self.deliver(peer(), reply));

@@ -22,7 +22,7 @@ use std::net::SocketAddr;
 pub type Outbox<'a> = &'a mut dyn FnMut(SocketAddr, &[u8]);
 
 /// The controller of an emulated robot: no socket, no clock of its own, so that it also runs in virtual time.
-pub trait Controller: Send {
+pub trait EmulatedController: Send {
     /// Period of its cycle.
     fn cycle(&self) -> Nanos;
 

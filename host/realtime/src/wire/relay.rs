@@ -41,7 +41,7 @@ pub enum Fault {
 
 /// A fault on a link for a time; from the first on, of every so many datagrams one.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Rule {
+pub struct RelayRule {
     /// The link.
     pub endpoint: Endpoint,
     /// The direction.
@@ -70,19 +70,19 @@ pub struct Passing {
 /// The relay.
 #[derive(Clone, Debug, Default)]
 pub struct Relay {
-    rules: Vec<(Rule, u32)>,
+    rules: Vec<(RelayRule, u32)>,
     waiting: Vec<(Endpoint, Way, Vec<u8>)>,
     dice: u64,
 }
 
 impl Relay {
     /// A relay with faults to come.
-    pub fn new(rules: impl IntoIterator<Item = Rule>) -> Self {
+    pub fn new(rules: impl IntoIterator<Item = RelayRule>) -> Self {
         Self { rules: rules.into_iter().map(|rule| (rule, 0)).collect(), waiting: Vec::new(), dice: 1 }
     }
 
     /// One more fault.
-    pub fn add(&mut self, rule: Rule) {
+    pub fn add(&mut self, rule: RelayRule) {
         self.rules.push((rule, 0));
     }
 

@@ -4,8 +4,8 @@ use crate::fixture::{CYCLE, Setting};
 use softdock_kernels::space::Parts;
 use softdock_kernels::vector::{Quat, vec3};
 use softdock_realtime::arms::Arms;
-use softdock_realtime::drive::checklist::{Answer, Check, Checklist, What};
-use softdock_realtime::drive::start::{Cell, StartUp, Watched};
+use softdock_realtime::drive::checklist::{Check, CheckKind, CheckOutcome, Checklist};
+use softdock_realtime::drive::start::{CheckedLinks, StartUp, StartUpContext};
 use softdock_realtime::log::codes::{force_flags, robot_flags};
 use softdock_realtime::log::record::CycleRecord;
 use softdock_realtime::log::table::Logged;
@@ -16,7 +16,7 @@ use softdock_realtime::time::Nanos;
 /// What a case changes: the setting, the start of the run, and the record of a cycle.
 #[derive(Clone)]
 struct Case {
-    what: What,
+    what: CheckKind,
     robot: Option<usize>,
     setting: fn(&mut Setting),
     start: fn(&mut Parts<f64>),
@@ -27,7 +27,7 @@ struct Case {
 }
 
 impl Case {
-    fn new(what: What, robot: Option<usize>, record: fn(&mut CycleRecord, u64)) -> Self {
+    fn new(what: CheckKind, robot: Option<usize>, record: fn(&mut CycleRecord, u64)) -> Self {
         Self { what, robot, setting: |_| (), start: |_| (), to_start: true, record, broken: [false; 3] }
     }
 }
@@ -60,7 +60,7 @@ fn list(case: &Case) -> Checklist {
         record.ft.flags = force_flags::PRESENT | force_flags::FRESH;
         (record.ft.raw, record.ft.received) = (sensing.weight(&a), now);
         (case.record)(&mut record, n);
-        let cell = Cell {
+        let cell = StartUpContext {
             arms: &arms,
             limits: &limits,
             robots: &robots,
@@ -71,7 +71,7 @@ fn list(case: &Case) -> Checklist {
             to_start: case.to_start,
             now,
         };
-        let found = start_up.check(&Watched::moved(&record, case.broken), &cell);
+        let found = start_up.check(&CheckedLinks::moved(&record, case.broken), &cell);
         if let Some(found) = found.filter(|found| found.decides) {
             return found.list;
         }
@@ -88,50 +88,50 @@ fn overlapping(parts: &mut Parts<f64>) {
 fn cases() -> Vec<Case> {
     let new = Case::new;
     vec![
-        new(What::Reports, Some(1), |r, _| r.robot_2.flags = 0),
-        new(What::Samples, None, |r, _| r.ft.flags = 0),
-        Case { broken: [true, false, false], ..new(What::Link, Some(0), |_, _| ()) },
-        Case { broken: [false, false, true], ..new(What::SensorLink, None, |_, _| ()) },
-        new(What::Foreign, Some(0), |r, n| r.robot_1.link.foreign = u64::from(n > 50)),
-        new(What::Still, Some(1), |r, n| {
+        new(CheckKind::Reports, Some(1), |r, _| r.robot_2.flags = 0),
+        new(CheckKind::Samples, None, |r, _| r.ft.flags = 0),
+        Case { broken: [true, false, false], ..new(CheckKind::Link, Some(0), |_, _| ()) },
+        Case { broken: [false, false, true], ..new(CheckKind::SensorLink, None, |_, _| ()) },
+        new(CheckKind::Foreign, Some(0), |r, n| r.robot_1.link.foreign = u64::from(n > 50)),
+        new(CheckKind::Still, Some(1), |r, n| {
             let by = if n > 60 { 2e-3 } else { 0.0 };
             (r.robot_2.asked[4], r.robot_2.position[4]) = (r.robot_2.asked[4] + by, r.robot_2.position[4] + by);
         }),
         // Half of its reports do not come, and it does not count them as lost: it sends at another rate.
-        new(What::Period, Some(0), |r, n| {
+        new(CheckKind::Period, Some(0), |r, n| {
             r.robot_1.received = Nanos(r.robot_1.received.0 / 10 * 11);
             r.robot_1.stamp = r.robot_1.received;
             r.robot_1.link.received = n;
         }),
-        new(What::Loss, Some(0), |r, n| {
+        new(CheckKind::Loss, Some(0), |r, n| {
             if n % 40 == 0 {
                 r.robot_1.flags &= !robot_flags::FRESH;
                 r.robot_1.link.lost += 1;
                 r.robot_1.received = r.robot_1.received - CYCLE;
             }
         }),
-        new(What::Late, Some(1), |r, n| r.robot_2.late_answers = n as u32 / 10),
-        new(What::Clock, Some(0), |r, _| r.robot_1.stamp = Nanos(r.robot_1.stamp.0 / 20 * 21)),
-        new(What::Ready, Some(1), |r, _| r.robot_2.flags &= !robot_flags::READY),
-        new(What::Servo, Some(0), |r, _| r.robot_1.asked[3] += 0.02),
+        new(CheckKind::Late, Some(1), |r, n| r.robot_2.late_answers = n as u32 / 10),
+        new(CheckKind::Clock, Some(0), |r, _| r.robot_1.stamp = Nanos(r.robot_1.stamp.0 / 20 * 21)),
+        new(CheckKind::Ready, Some(1), |r, _| r.robot_2.flags &= !robot_flags::READY),
+        new(CheckKind::Servo, Some(0), |r, _| r.robot_1.asked[3] += 0.02),
         Case {
             setting: |s| s.station.limits[1].upper = s.station.limits[1].lower + 0.01,
-            ..new(What::Range, Some(0), |_, _| ())
+            ..new(CheckKind::Range, Some(0), |_, _| ())
         },
-        new(What::ToolPosition, Some(1), |r, _| r.robot_2.tool.position.y += 2e-3),
-        new(What::ToolRotation, Some(0), |r, _| {
+        new(CheckKind::ToolPosition, Some(1), |r, _| r.robot_2.tool.position.y += 2e-3),
+        new(CheckKind::ToolRotation, Some(0), |r, _| {
             let turn = Quat { w: 1.0, v: vec3(0.01, 0.0, 0.0) };
             r.robot_1.tool.attitude = r.robot_1.tool.attitude.compose(turn);
         }),
         Case {
             setting: |s| s.station.torques.limits = Some([100.0; 6]),
-            ..new(What::Torques, Some(0), |r, _| r.robot_1.flags &= !robot_flags::TORQUE)
+            ..new(CheckKind::Torques, Some(0), |r, _| r.robot_1.flags &= !robot_flags::TORQUE)
         },
-        Case { start: |parts| parts.b.position.z += 9.0, ..new(What::Reach, Some(1), |_, _| ()) },
+        Case { start: |parts| parts.b.position.z += 9.0, ..new(CheckKind::Reach, Some(1), |_, _| ()) },
         Case {
             start: |parts| parts.b.position.z += 2e-3,
             to_start: false,
-            ..new(What::StartPosition, Some(1), |_, _| ())
+            ..new(CheckKind::StartPosition, Some(1), |_, _| ())
         },
         Case {
             start: |parts| {
@@ -139,22 +139,25 @@ fn cases() -> Vec<Case> {
                 parts.a.attitude = parts.a.attitude.compose(turn);
             },
             to_start: false,
-            ..new(What::StartRotation, Some(0), |_, _| ())
+            ..new(CheckKind::StartRotation, Some(0), |_, _| ())
         },
-        new(What::Status, None, |r, _| r.ft.flags |= force_flags::SATURATED),
-        new(What::Age, None, |r, _| r.ft.received = r.ft.received - Nanos::from_millis(9)),
-        new(What::RestSpread, None, |r, n| r.ft.raw.force.x += if n % 2 == 0 { 30.0 } else { 0.0 }),
-        new(What::RestForce, None, |r, _| r.ft.raw.force.y += 120.0),
-        new(What::RestMoment, None, |r, _| r.ft.raw.moment.z += 11.0),
-        Case { start: overlapping, ..new(What::Clearance, None, |_, _| ()) },
-        Case { setting: |s| s.with_rules(|rules| rules.arm_distance = 2.5), ..new(What::ArmDistance, None, |_, _| ()) },
+        new(CheckKind::Status, None, |r, _| r.ft.flags |= force_flags::SATURATED),
+        new(CheckKind::Age, None, |r, _| r.ft.received = r.ft.received - Nanos::from_millis(9)),
+        new(CheckKind::RestSpread, None, |r, n| r.ft.raw.force.x += if n % 2 == 0 { 30.0 } else { 0.0 }),
+        new(CheckKind::RestForce, None, |r, _| r.ft.raw.force.y += 120.0),
+        new(CheckKind::RestMoment, None, |r, _| r.ft.raw.moment.z += 11.0),
+        Case { start: overlapping, ..new(CheckKind::Clearance, None, |_, _| ()) },
+        Case {
+            setting: |s| s.with_rules(|rules| rules.arm_distance = 2.5),
+            ..new(CheckKind::ArmDistance, None, |_, _| ())
+        },
         Case {
             setting: |s| {
                 s.with_rules(|rules| {
                     rules.keep_out.iter_mut().for_each(|keep_out| keep_out.half = vec3(3.0, 3.0, 3.0))
                 });
             },
-            ..new(What::KeepOut, None, |_, _| ())
+            ..new(CheckKind::KeepOut, None, |_, _| ())
         },
     ]
 }
@@ -163,8 +166,8 @@ fn cases() -> Vec<Case> {
 fn each_check_fails_for_its_own_value_alone() {
     for case in cases() {
         let list = list(&case);
-        let failed: Vec<&Check> = list.checks().iter().filter(|check| check.answer() == Answer::Failed).collect();
-        let of: Vec<(What, Option<usize>)> = failed.iter().map(|check| (check.what, check.robot)).collect();
+        let failed: Vec<&Check> = list.checks().iter().filter(|check| check.answer() == CheckOutcome::Failed).collect();
+        let of: Vec<(CheckKind, Option<usize>)> = failed.iter().map(|check| (check.what, check.robot)).collect();
         assert!(of.contains(&(case.what, case.robot)), "{:?}: {of:?}", case.what);
         assert_eq!(list.failed().map(|check| check.what), Some(case.what), "the first that fails: {of:?}");
         // A robot that is not there, or a quarter of a circle away, has no other values.
@@ -173,12 +176,12 @@ fn each_check_fails_for_its_own_value_alone() {
 }
 
 /// Values that cannot be good when another one is not.
-fn may_fail_too(what: What, other: What) -> bool {
+fn may_fail_too(what: CheckKind, other: CheckKind) -> bool {
     matches!(
         (what, other),
-        (What::Reports, What::Loss)
-            | (What::Period, What::Loss | What::Clock)
-            | (What::Range, What::Range | What::Reach)
+        (CheckKind::Reports, CheckKind::Loss)
+            | (CheckKind::Period, CheckKind::Loss | CheckKind::Clock)
+            | (CheckKind::Range, CheckKind::Range | CheckKind::Reach)
     )
 }
 
@@ -186,10 +189,10 @@ fn may_fail_too(what: What, other: What) -> bool {
 fn every_check_has_a_case() {
     let cases = cases();
     // The second attitude is measured by a session that moves: `a_tool_is_weighed_in_two_attitudes_before_an_armed_run`.
-    let elsewhere = [What::TurnedForce, What::TurnedMoment];
-    for what in What::ALL {
+    let elsewhere = [CheckKind::TurnedForce, CheckKind::TurnedMoment];
+    for what in CheckKind::ALL {
         assert!(elsewhere.contains(what) || cases.iter().any(|case| case.what == *what), "{}", what.row().id);
     }
-    let whole = list(&Case::new(What::Reports, None, |_, _| ()));
+    let whole = list(&Case::new(CheckKind::Reports, None, |_, _| ()));
     assert_eq!(whole.failed(), None, "robots at rest at the start pass");
 }

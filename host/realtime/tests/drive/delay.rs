@@ -4,9 +4,9 @@ use crate::fixture::{CYCLE, Rig, Setting};
 use softdock_kernels::params::Params;
 use softdock_kernels::robot::transport;
 use softdock_realtime::clock::Virtual;
-use softdock_realtime::drive::delay::{Delay, Lag, Response, Stated, Timing, delays};
+use softdock_realtime::drive::delay::{DeadTime, DelayClock, Lag, ProtocolTiming, ServoResponse, delays};
 use softdock_realtime::drive::session::Session;
-use softdock_realtime::emulation::in_process::{Bench, links};
+use softdock_realtime::emulation::in_process::{InProcessRig, links};
 use softdock_realtime::log::record::CycleRecord;
 use softdock_realtime::time::Nanos;
 use softdock_realtime::wire::relay::Relay;
@@ -30,7 +30,7 @@ fn setting(travel: f64, ideal: bool) -> Setting {
 /// The records of a drive in process; it may end as it likes.
 fn in_process(setting: &Setting, cycle: Nanos) -> Vec<CycleRecord> {
     let clock = Rc::new(Virtual::default());
-    let bench = Bench::new(setting.world(), clock.clone(), cycle);
+    let bench = InProcessRig::new(setting.world(), clock.clone(), cycle);
     let mut session = Session::new(setting.task(), links(&bench), None, clock).expect("prepared");
     session.go();
     let mut records = Vec::new();
@@ -46,12 +46,17 @@ fn over_rsi(setting: &Setting) -> Vec<CycleRecord> {
     rig.records
 }
 
-fn measured(records: &[CycleRecord], stated: Stated, timing: Timing, response: Response) -> [Delay; 2] {
+fn measured(
+    records: &[CycleRecord],
+    stated: ProtocolTiming,
+    timing: DelayClock,
+    response: ServoResponse,
+) -> [DeadTime; 2] {
     delays(records, [stated; 2], timing, [response; 2]).map(|delay| delay.expect("a robot that has moved"))
 }
 
 #[track_caller]
-fn assert_near(found: &[Delay; 2], travel: f64, slack: f64, what: &str) {
+fn assert_near(found: &[DeadTime; 2], travel: f64, slack: f64, what: &str) {
     for (robot, delay) in found.iter().enumerate() {
         let ms = |time: f64| time * 1e3;
         println!(
@@ -73,8 +78,8 @@ const TRAVELS: [f64; 4] = [0.5e-3, 4.3e-3, 17.2e-3, 40e-3];
 fn in_process_at_1_khz_to_a_fifth_of_a_millisecond() {
     for travel in TRAVELS {
         let records = in_process(&setting(travel, true), MILLI);
-        for timing in [Timing::Robot, Timing::Ours] {
-            let found = measured(&records, Stated::one_cycle(MILLI), timing, Response::None);
+        for timing in [DelayClock::Robot, DelayClock::Ours] {
+            let found = measured(&records, ProtocolTiming::one_cycle(MILLI), timing, ServoResponse::None);
             assert_near(&found, travel, 0.2e-3, "in process");
         }
     }
@@ -84,7 +89,7 @@ fn in_process_at_1_khz_to_a_fifth_of_a_millisecond() {
 fn over_rsi_in_the_robots_own_time_to_half_a_millisecond() {
     for travel in TRAVELS {
         let records = over_rsi(&setting(travel, true));
-        let found = measured(&records, Stated::two_cycles(CYCLE), Timing::Robot, Response::None);
+        let found = measured(&records, ProtocolTiming::two_cycles(CYCLE), DelayClock::Robot, ServoResponse::None);
         assert_near(&found, travel, 0.5e-3, "over RSI");
     }
 }
@@ -100,13 +105,13 @@ fn behind_the_shipped_lag() {
     let setting = setting(travel, false);
     let lag = lag(&setting.params);
     let (here, there) = (in_process(&setting, MILLI), over_rsi(&setting));
-    let stated = [Stated::one_cycle(MILLI), Stated::two_cycles(CYCLE)];
+    let stated = [ProtocolTiming::one_cycle(MILLI), ProtocolTiming::two_cycles(CYCLE)];
     for (records, stated, what) in [(&here, stated[0], "in process"), (&there, stated[1], "over RSI")] {
-        let known = measured(records, stated, Timing::Robot, Response::Known(lag));
+        let known = measured(records, stated, DelayClock::Robot, ServoResponse::Known(lag));
         assert_near(&known, travel, 0.5e-3, &format!("{what}, known lag"));
     }
     // A docking is too slow to tell a lag from a dead time; their sum is what it shows.
-    let fitted = measured(&there, stated[1], Timing::Robot, Response::Second);
+    let fitted = measured(&there, stated[1], DelayClock::Robot, ServoResponse::Second);
     assert_near(&fitted, travel, 5e-3, "over RSI, fitted lag");
     for delay in fitted {
         let whole = delay.of_slow_motion();

@@ -3,12 +3,12 @@
 use crate::fixture::{CYCLE, Rig, Setting, campaign, rule};
 use softdock_kernels::philox::uniform;
 use softdock_kernels::vector::{Quat, vec3};
-use softdock_realtime::drive::checklist::{Answer, Check, What};
+use softdock_realtime::drive::checklist::{Check, CheckKind, CheckOutcome};
 use softdock_realtime::emulation::facility::Ailment;
 use softdock_realtime::log::codes::{OrderKind, Phase, StopCause};
 use softdock_realtime::signals::AXES;
 use softdock_realtime::time::Nanos;
-use softdock_realtime::wire::relay::{Endpoint, Fault, Relay, Rule, Way};
+use softdock_realtime::wire::relay::{Endpoint, Fault, Relay, RelayRule, Way};
 use softdock_test_size::sized;
 use std::thread;
 
@@ -84,13 +84,13 @@ impl Dice {
     }
 }
 
-fn random_rule(dice: &mut Dice) -> Rule {
+fn random_rule(dice: &mut Dice) -> RelayRule {
     let late = Nanos::from_micros((200.0 + 12_000.0 * dice.unit()) as i64);
     let fault = dice.one(&[Fault::Lose, Fault::Lose, Fault::Delay(late), Fault::Duplicate(late), Fault::Exchange]);
     let from = Nanos::from_micros((SPAN * 1e6 * dice.unit()) as i64);
     // Most faults are short, some last.
     let lasts = Nanos::from_micros((4e3 * 500.0_f64.powf(dice.unit())) as i64);
-    Rule {
+    RelayRule {
         endpoint: dice.one(&[Endpoint::Robot1, Endpoint::Robot2]),
         way: dice.one(&[Way::Report, Way::Answer]),
         from,
@@ -192,13 +192,13 @@ fn a_sensor_with_a_bias_a_wrong_tool_or_its_weight_on_another_axis_is_refused() 
         refused(Rig::with(&there, &setting, Relay::default()))
     };
     let heavy = refusal(|there| there.station.sensor.tool_mass = 60.0);
-    assert!(heavy.what == What::RestForce && heavy.value > 400.0, "{heavy:?}");
+    assert!(heavy.what == CheckKind::RestForce && heavy.value > 400.0, "{heavy:?}");
     let biased = refusal(|there| there.bias.force.x += 1500.0);
-    assert!(biased.what == What::RestForce && biased.value > 1400.0, "{biased:?}");
+    assert!(biased.what == CheckKind::RestForce && biased.value > 1400.0, "{biased:?}");
     let reversed = refusal(|there| turn_sensor(there, Quat { w: 0.0, v: vec3(0.0, 0.0, 1.0) }));
-    assert!(reversed.what == What::RestForce && reversed.value > 150.0, "{reversed:?}");
+    assert!(reversed.what == CheckKind::RestForce && reversed.value > 150.0, "{reversed:?}");
     let permuted = refusal(|there| turn_sensor(there, Quat { w: 0.5, v: vec3(0.5, 0.5, 0.5) }));
-    assert!(permuted.what == What::RestForce && permuted.value > 120.0, "{permuted:?}");
+    assert!(permuted.what == CheckKind::RestForce && permuted.value > 120.0, "{permuted:?}");
 }
 
 #[test]
@@ -211,12 +211,12 @@ fn axes_of_the_sensor_exchanged_about_the_vertical_are_refused_in_a_second_attit
     let mut rig = Rig::with(&there, &setting, Relay::default());
     rig.finish();
     let refusal = rig.session.core().refusal().expect("a refusal");
-    assert_eq!(refusal.what, What::TurnedForce, "{refusal}");
+    assert_eq!(refusal.what, CheckKind::TurnedForce, "{refusal}");
     // The weight of 12 kg turned by 15 degrees: 30.5 N on one axis expected, on another found.
     assert!((refusal.value - 43.2).abs() < 3.0, "{refusal}");
     let list = rig.session.core().checklist();
-    let first = list.checks().iter().find(|check| check.what == What::RestForce).expect("a check");
-    assert_eq!(first.answer(), Answer::Passed, "the first attitude shows nothing: {first}");
+    let first = list.checks().iter().find(|check| check.what == CheckKind::RestForce).expect("a check");
+    assert_eq!(first.answer(), CheckOutcome::Passed, "the first attitude shows nothing: {first}");
     assert!(rig.greatest_share(&rig.session.core().limits()) < 0.11, "the tool is turned at a tenth of the limits");
 }
 
@@ -225,10 +225,10 @@ fn a_tool_is_weighed_in_two_attitudes_before_an_armed_run() {
     let mut rig = Rig::new(&Setting::docking(), Relay::default());
     assert_eq!(rig.finish().cause, StopCause::Completed);
     let checks = rig.session.core().checklist().checks();
-    assert!(checks.iter().all(|check| check.answer() != Answer::Failed));
-    for what in [What::TurnedForce, What::TurnedMoment] {
+    assert!(checks.iter().all(|check| check.answer() != CheckOutcome::Failed));
+    for what in [CheckKind::TurnedForce, CheckKind::TurnedMoment] {
         let check = checks.iter().find(|check| check.what == what).expect("a check");
-        assert_eq!(check.answer(), Answer::Passed, "{check}");
+        assert_eq!(check.answer(), CheckOutcome::Passed, "{check}");
     }
     // Robot 1 comes back before the run.
     let phase = |phase: Phase| rig.records.iter().filter(move |record| record.phase == phase);
@@ -247,12 +247,12 @@ fn checks_alone_move_nothing_and_list_every_value_with_its_limit() {
         assert_eq!(cause, StopCause::Checked, "{:?}", rig.session.core().refusal());
         assert!(rig.records.iter().all(|record| record.robot_1.order != OrderKind::Move));
         let checks = rig.session.core().checklist().checks();
-        assert!(checks.iter().all(|check| check.answer() != Answer::Failed));
-        for what in What::ALL {
+        assert!(checks.iter().all(|check| check.answer() != CheckOutcome::Failed));
+        for what in CheckKind::ALL {
             let known = checks.iter().filter(|check| check.what == *what && !check.value.is_nan()).count();
-            let turned = matches!(what, What::TurnedForce | What::TurnedMoment);
+            let turned = matches!(what, CheckKind::TurnedForce | CheckKind::TurnedMoment);
             // No torques are compared on this facility.
-            assert_eq!(known > 0, !turned && *what != What::Torques, "{}", what.row().id);
+            assert_eq!(known > 0, !turned && *what != CheckKind::Torques, "{}", what.row().id);
         }
     }
 }
@@ -316,7 +316,7 @@ fn a_robot_that_is_moved_while_it_shall_stay_ends_the_start_up() {
     // RSI ends, axis 2 is jogged by 3 degrees, RSI begins again from the same address.
     rig.jog(0, 1, 3.0_f64.to_radians(), 30);
     let refusal = refused(rig);
-    assert_eq!((refusal.what, refusal.robot, refusal.axis), (What::Still, Some(0), Some(1)));
+    assert_eq!((refusal.what, refusal.robot, refusal.axis), (CheckKind::Still, Some(0), Some(1)));
     assert!((refusal.value.to_degrees() - 3.0).abs() < 0.1, "{refusal}");
 }
 
@@ -402,7 +402,7 @@ fn armed_robots_wait_for_go_and_for_every_check_until_then() {
     let mut rig = waiting();
     rig.jog(1, 3, 0.02, 20);
     let refusal = refused(rig);
-    assert_eq!((refusal.what, refusal.robot, refusal.axis), (What::Still, Some(1), Some(3)));
+    assert_eq!((refusal.what, refusal.robot, refusal.axis), (CheckKind::Still, Some(1), Some(3)));
 }
 
 #[test]
@@ -411,7 +411,7 @@ fn a_robot_with_another_cycle_is_named_by_its_number() {
         let mut rig = Rig::waiting(&Setting::docking());
         rig.with_cycle(robot, Nanos::from_millis(12));
         let refusal = refused(rig);
-        assert_eq!(refusal.what, What::Period, "{refusal}");
+        assert_eq!(refusal.what, CheckKind::Period, "{refusal}");
         let (number, measured, wanted) = (refusal.robot.expect("a robot") + 1, refusal.value, refusal.limit);
         assert_eq!(number, robot + 1);
         assert!((measured - 12e-3).abs() < 1e-4 && wanted == 4e-3, "{refusal:?}");

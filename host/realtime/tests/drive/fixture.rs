@@ -12,14 +12,14 @@ use softdock_kernels::space::Wrench;
 use softdock_kernels::vector::vec3;
 use softdock_kernels::with_joints;
 use softdock_realtime::clock::{Clock, Virtual};
-use softdock_realtime::drive::core::Task;
+use softdock_realtime::drive::core::SessionTask;
 use softdock_realtime::drive::session::Session;
-use softdock_realtime::emulation::facility::{Facility, SetPoint};
-use softdock_realtime::emulation::in_process::{Bench, links};
+use softdock_realtime::emulation::facility::{EmulatedFacility, SetPoint};
+use softdock_realtime::emulation::in_process::{InProcessRig, links};
 use softdock_realtime::emulation::network::{Network, NetworkPort, address_of, our_address};
 use softdock_realtime::emulation::world::World;
 use softdock_realtime::log::record::CycleRecord;
-use softdock_realtime::protocol::netft::calibration::Calibration;
+use softdock_realtime::protocol::netft::calibration::NetFtCalibration;
 use softdock_realtime::protocol::netft::driver::{NetFt, NetFtSettings};
 use softdock_realtime::protocol::netft::sensor_box::NetBox;
 use softdock_realtime::protocol::rsi::controller::{Krc, KrcSettings};
@@ -28,7 +28,7 @@ use softdock_realtime::protocol::rsi::tags::TagMap;
 use softdock_realtime::signals::AXES;
 use softdock_realtime::signals::Links;
 use softdock_realtime::time::Nanos;
-use softdock_realtime::wire::relay::{Endpoint, Fault, Relay, Rule, Way};
+use softdock_realtime::wire::relay::{Endpoint, Fault, Relay, RelayRule, Way};
 use std::cell::RefCell;
 use std::path::PathBuf;
 use std::rc::Rc;
@@ -116,14 +116,14 @@ impl Setting {
         World::new(&self.plant, &self.station, key, self.run, &self.params, self.bias).expect("in reach")
     }
 
-    pub(crate) fn task(&self) -> Task {
+    pub(crate) fn task(&self) -> SessionTask {
         let (plant, station) = (Arc::clone(&self.plant), Arc::new(self.station.clone()));
-        Task {
+        SessionTask {
             armed: self.armed,
             to_start: self.to_start,
             check_only: self.check_only,
             retract: self.retract,
-            ..Task::new(plant, station, self.run, self.params)
+            ..SessionTask::new(plant, station, self.run, self.params)
         }
     }
 }
@@ -131,8 +131,8 @@ impl Setting {
 /// The links of both robots.
 const ROBOTS: [Endpoint; 2] = [Endpoint::Robot1, Endpoint::Robot2];
 
-fn calibration() -> Calibration {
-    Calibration::new(1e6, 1e6).expect("a calibration")
+fn calibration() -> NetFtCalibration {
+    NetFtCalibration::new(1e6, 1e6).expect("a calibration")
 }
 
 /// The controller of a robot.
@@ -141,9 +141,9 @@ fn krc(endpoint: Endpoint) -> KrcSettings {
 }
 
 /// A fault on a link for so many of its datagrams, the first in the cycle after this time.
-pub(crate) fn rule(endpoint: Endpoint, way: Way, from: Nanos, cycles: i64, fault: Fault) -> Rule {
+pub(crate) fn rule(endpoint: Endpoint, way: Way, from: Nanos, cycles: i64, fault: Fault) -> RelayRule {
     // Half a cycle more: the next reports come a cycle after the one that is being answered.
-    Rule { endpoint, way, from, until: from + CYCLE * cycles + Nanos(CYCLE.0 / 2), every: 1, fault }
+    RelayRule { endpoint, way, from, until: from + CYCLE * cycles + Nanos(CYCLE.0 / 2), every: 1, fault }
 }
 
 /// Robot 1 stands on a rail, robot 2 does not.
@@ -219,9 +219,9 @@ impl Rig {
         };
         let clock = Virtual::default();
         let sensor = Box::new(NetBox::new(calibration(), SAMPLES));
-        let controllers: [Box<dyn softdock_realtime::protocol::Controller>; 2] =
+        let controllers: [Box<dyn softdock_realtime::protocol::EmulatedController>; 2] =
             ROBOTS.map(|endpoint| Box::new(Krc::new(settings(endpoint))) as _);
-        let facility = Facility::new(there.world(), controllers, sensor, Nanos(0), PHASE);
+        let facility = EmulatedFacility::new(there.world(), controllers, sensor, Nanos(0), PHASE);
         let network = Network::new(clock.clone(), facility, relay);
         network.borrow_mut().facility().keep_set_points();
         Self::on(network, clock, setting, |endpoint| settings(endpoint).tags)
@@ -244,7 +244,7 @@ impl Rig {
         let session = if setting.armed {
             Session::new(setting.task(), real, None, clock)
         } else {
-            let bench = Bench::new(setting.world(), Rc::new(Virtual::default()), CYCLE);
+            let bench = InProcessRig::new(setting.world(), Rc::new(Virtual::default()), CYCLE);
             Session::new(setting.task(), links(&bench), Some(real), clock)
         };
         Self { session: session.expect("a drive"), network, records: Vec::new(), clock: time }

@@ -8,9 +8,9 @@ use softdock_kernels::philox;
 use softdock_kernels::plant::Plant;
 use softdock_kernels::robot::{by_differences, carry_on, commands_poses};
 use softdock_realtime::clock::Virtual;
-use softdock_realtime::drive::core::Task;
+use softdock_realtime::drive::core::SessionTask;
 use softdock_realtime::drive::session::Session;
-use softdock_realtime::emulation::in_process::{Bench, links};
+use softdock_realtime::emulation::in_process::{InProcessRig, links};
 use softdock_realtime::emulation::world::World;
 use softdock_realtime::log::codes::{Phase, StopCause};
 use softdock_realtime::time::Nanos;
@@ -70,8 +70,8 @@ fn a_drive_in_virtual_time_docks_as_the_farm_does() {
     let farm = farm_run(&plant, seed, run, params);
     let clock = Rc::new(Virtual::default());
     let world = World::new(&plant, &station, philox::key(seed), run, &params, bias()).expect("in reach");
-    let bench = Bench::new(world, clock.clone(), Nanos::from_millis(1));
-    let task = Task::new(Arc::clone(&plant), station, run, params);
+    let bench = InProcessRig::new(world, clock.clone(), Nanos::from_millis(1));
+    let task = SessionTask::new(Arc::clone(&plant), station, run, params);
     let mut session = Session::new(task, links(&bench), None, clock).expect("prepared");
     let mut phases = Vec::new();
     while !session.cycle(None) {

@@ -6,14 +6,14 @@ use softdock_kernels::model::{KeepOut, SessionRules};
 use softdock_kernels::plant::Plant;
 use softdock_kernels::session::axes_asked;
 use softdock_kernels::vector::{Pose, vec3};
-use softdock_realtime::drive::checklist::{Check, What};
+use softdock_realtime::drive::checklist::{Check, CheckKind};
 use softdock_realtime::emulation::facility::Ailment;
 use softdock_realtime::log::codes::{LimitKind, OrderKind, Phase, StopCause, robot_flags};
 use softdock_realtime::log::record::CycleRecord;
 use softdock_realtime::protocol::rsi::codec::Sen;
 use softdock_realtime::signals::AXES;
 use softdock_realtime::time::Nanos;
-use softdock_realtime::wire::relay::{Endpoint, Fault, Relay, Rule, Way};
+use softdock_realtime::wire::relay::{Endpoint, Fault, Relay, RelayRule, Way};
 use std::sync::Arc;
 
 /// Ever after.
@@ -90,34 +90,34 @@ fn refused(setting: &Setting, relay: Relay, prepare: impl FnOnce(&mut Rig)) -> C
 fn behaviour_2_nothing_begins_before_every_check_has_passed() {
     let setting = Setting::docking();
     let always = |endpoint, every, fault| {
-        Relay::new([Rule { endpoint, way: Way::Report, from: Nanos(0), until: FOREVER, every, fault }])
+        Relay::new([RelayRule { endpoint, way: Way::Report, from: Nanos(0), until: FOREVER, every, fault }])
     };
     let lost = |endpoint, every| of(&refused(&setting, always(endpoint, every, Fault::Lose), |_| ()));
-    assert_eq!(lost(Endpoint::Robot1, 1), (What::Reports, Some(0)));
-    assert_eq!(lost(Endpoint::Robot2, 1), (What::Reports, Some(1)));
-    assert_eq!(lost(Endpoint::Sensor, 1), (What::SensorLink, None));
-    assert_eq!(lost(Endpoint::Robot1, 50), (What::Loss, Some(0)));
+    assert_eq!(lost(Endpoint::Robot1, 1), (CheckKind::Reports, Some(0)));
+    assert_eq!(lost(Endpoint::Robot2, 1), (CheckKind::Reports, Some(1)));
+    assert_eq!(lost(Endpoint::Sensor, 1), (CheckKind::SensorLink, None));
+    assert_eq!(lost(Endpoint::Robot1, 50), (CheckKind::Loss, Some(0)));
     let ill = |rig: &mut Rig| rig.network.borrow_mut().facility().ail(Ailment::Invalid);
-    assert_eq!(of(&refused(&setting, Relay::default(), ill)), (What::Status, None));
+    assert_eq!(of(&refused(&setting, Relay::default(), ill)), (CheckKind::Status, None));
 
     // A frame of the tool that is 3 mm off: the robot's own pose and ours differ by that.
     let mut other = setting.clone();
     other.station.robots[1].tool.position.z += 3e-3;
     let refusal = refused_pose(&setting, &other);
-    assert_eq!(of(&refusal), (What::ToolPosition, Some(1)));
+    assert_eq!(of(&refusal), (CheckKind::ToolPosition, Some(1)));
     assert!((refusal.value - 3e-3).abs() < 1e-5, "{refusal}");
 
     let away = Setting { to_start: false, ..setting.clone() };
-    assert_eq!(of(&refused(&away, Relay::default(), |_| ())), (What::StartPosition, Some(0)));
+    assert_eq!(of(&refused(&away, Relay::default(), |_| ())), (CheckKind::StartPosition, Some(0)));
 
     let mut narrow = setting;
     narrow.station.limits[2].upper = -3.0;
     let refusal = refused(&narrow, Relay::default(), |_| ());
-    assert_eq!((of(&refusal), refusal.axis), ((What::Range, Some(0)), Some(2)));
+    assert_eq!((of(&refusal), refusal.axis), ((CheckKind::Range, Some(0)), Some(2)));
 }
 
 /// Which check of which robot.
-fn of(check: &Check) -> (What, Option<usize>) {
+fn of(check: &Check) -> (CheckKind, Option<usize>) {
     (check.what, check.robot)
 }
 
@@ -206,11 +206,14 @@ fn a_way_to_the_start_through_a_box_or_too_near_is_refused() {
     boxed.plant = Arc::new(Plant::new(model));
     boxed.with_rules(|rules| rules.keep_out = vec![around.clone()]);
     let refusal = refused(&boxed, Relay::default(), |_| ());
-    assert!(refusal.what == What::KeepOut && refusal.value > 0.0, "{refusal}");
+    assert!(refusal.what == CheckKind::KeepOut && refusal.value > 0.0, "{refusal}");
     let mut near = setting;
     near.with_rules(|rules| rules.arm_distance = 0.6);
     let refusal = refused(&near, Relay::default(), |_| ());
-    assert!(refusal.what == What::ArmDistance && refusal.value < refusal.limit && refusal.limit == 0.6, "{refusal}");
+    assert!(
+        refusal.what == CheckKind::ArmDistance && refusal.value < refusal.limit && refusal.limit == 0.6,
+        "{refusal}"
+    );
 }
 
 #[test]
@@ -274,7 +277,7 @@ fn behaviour_5_lost_packets_are_held_over_then_stopped_then_left_to_the_controll
     rig.network
         .borrow_mut()
         .relay
-        .add(Rule { until: FOREVER, ..rule(Endpoint::Robot1, Way::Report, now, 1, Fault::Lose) });
+        .add(RelayRule { until: FOREVER, ..rule(Endpoint::Robot1, Way::Report, now, 1, Fault::Lose) });
     rig.finish();
     assert_eq!(stop_of(&rig).cause, StopCause::LostPackets);
     let silent_from = now + CYCLE;
@@ -300,7 +303,8 @@ fn behaviour_5_late_twice_exchanged_and_damaged_packets_are_not_answered_wrongly
         rig.run_for(0.3);
         let now = rig.session.record().time;
         // One packet in sixty, for the rest of the run: fewer than the window allows.
-        let rule = Rule { endpoint: Endpoint::Robot1, way: Way::Report, from: now, until: FOREVER, every: 60, fault };
+        let rule =
+            RelayRule { endpoint: Endpoint::Robot1, way: Way::Report, from: now, until: FOREVER, every: 60, fault };
         rig.network.borrow_mut().relay.add(rule);
         let last = *rig.finish();
         assert_eq!(last.cause, StopCause::Completed, "{fault:?}");

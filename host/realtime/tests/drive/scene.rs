@@ -5,12 +5,12 @@ use crate::urdf::{apart, pose_of};
 use softdock_kernels::vector::{Pose, Quat, vec3};
 use softdock_realtime::clock::Virtual;
 use softdock_realtime::drive::session::Session;
-use softdock_realtime::emulation::in_process::{Bench, links};
+use softdock_realtime::emulation::in_process::{InProcessRig, links};
 use softdock_realtime::log::cdr::Decoder;
 use softdock_realtime::log::codes::StopCause;
 use softdock_realtime::log::mcap::{LogFile, Setup};
 use softdock_realtime::log::reader::LogReader;
-use softdock_realtime::log::scene::{LABORATORY_FRAME, Scene};
+use softdock_realtime::log::scene::{LABORATORY_FRAME, LoggedScene};
 use softdock_realtime::log::topics::default_names;
 use std::collections::{BTreeMap, HashMap};
 use std::io::Cursor;
@@ -19,10 +19,10 @@ use std::rc::Rc;
 /// The log of a drive of emulated robots.
 fn logged(setting: &Setting) -> Vec<u8> {
     let clock = Virtual::default();
-    let bench = Bench::new(setting.world(), Rc::new(clock.clone()), CYCLE);
+    let bench = InProcessRig::new(setting.world(), Rc::new(clock.clone()), CYCLE);
     let mut session = Session::new(setting.task(), links(&bench), None, Rc::new(clock)).expect("a drive");
     session.go();
-    let scene = Scene::new(&setting.plant, &setting.station, &default_names()).expect("in reach");
+    let scene = LoggedScene::new(&setting.plant, &setting.station, &default_names()).expect("in reach");
     let setup = Setup { scene: Some(scene), ..Setup::default() };
     let mut log = LogFile::new(Cursor::new(Vec::new()), &setup).expect("a log");
     for _ in 0..40_000 {

@@ -6,13 +6,13 @@ use softdock_kernels::space::Wrench;
 use softdock_kernels::vector::{Vec3, vec3};
 use softdock_realtime::arms::Arms;
 use softdock_realtime::clock::Virtual;
-use softdock_realtime::drive::checklist::What;
+use softdock_realtime::drive::checklist::CheckKind;
 use softdock_realtime::drive::session::Session;
-use softdock_realtime::emulation::in_process::{Bench, links};
+use softdock_realtime::emulation::in_process::{InProcessRig, links};
 use softdock_realtime::emulation::world::World;
 use softdock_realtime::log::codes::StopCause;
 use softdock_realtime::signals::Links;
-use softdock_realtime::signals::{AXES, Capabilities, LinkCounters, LinkFault, Order, Robot, RobotState};
+use softdock_realtime::signals::{AXES, Capabilities, LinkCounters, LinkFault, Order, RobotLink, RobotState};
 use softdock_realtime::time::Nanos;
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -22,14 +22,14 @@ const LIMITS: [f64; 6] = [300.0, 300.0, 200.0, 60.0, 60.0, 60.0];
 
 /// A robot that also reports torques: what its weight and the true contact explain, and what somebody adds.
 struct WithTorques {
-    inner: Box<dyn Robot>,
+    inner: Box<dyn RobotLink>,
     robot: usize,
     arms: Arms,
-    bench: Rc<RefCell<Bench>>,
+    bench: Rc<RefCell<InProcessRig>>,
     added: Rc<RefCell<[f64; AXES]>>,
 }
 
-impl Robot for WithTorques {
+impl RobotLink for WithTorques {
     fn capabilities(&self) -> Capabilities {
         self.inner.capabilities()
     }
@@ -71,7 +71,7 @@ fn session(setting: &Setting) -> (Session, Rc<RefCell<[f64; AXES]>>) {
     let clock = Virtual::default();
     let world =
         World::new(&setting.plant, &setting.station, philox::key(setting.seed), setting.run, &setting.params, bias());
-    let bench = Bench::new(world.expect("in reach"), Rc::new(clock.clone()), Nanos::from_millis(1));
+    let bench = InProcessRig::new(world.expect("in reach"), Rc::new(clock.clone()), Nanos::from_millis(1));
     let added = Rc::new(RefCell::new([0.0; AXES]));
     let Links { robots, sensor } = links(&bench);
     let mut robot = 0;
@@ -81,7 +81,7 @@ fn session(setting: &Setting) -> (Session, Rc<RefCell<[f64; AXES]>>) {
         let added = if robot == 1 { Rc::clone(&added) } else { Rc::new(RefCell::new([25.0; AXES])) };
         let with = WithTorques { inner, robot, arms, bench: Rc::clone(&bench), added };
         robot += 1;
-        Box::new(with) as Box<dyn Robot>
+        Box::new(with) as Box<dyn RobotLink>
     });
     let session = Session::new(setting.task(), Links { robots, sensor }, None, Rc::new(clock)).expect("prepared");
     (session, added)
@@ -126,11 +126,11 @@ fn limits_of_torques_that_a_robot_does_not_report_are_refused() {
     let setting = setting();
     let world = setting.world();
     let clock = Virtual::default();
-    let bench = Bench::new(world, Rc::new(clock.clone()), Nanos::from_millis(1));
+    let bench = InProcessRig::new(world, Rc::new(clock.clone()), Nanos::from_millis(1));
     let mut session = Session::new(setting.task(), links(&bench), None, Rc::new(clock)).expect("prepared");
     while !session.cycle(None) {}
     let refusal = session.core().refusal().expect("a refusal");
-    assert_eq!((refusal.what, refusal.robot), (What::Torques, Some(0)), "{refusal}");
+    assert_eq!((refusal.what, refusal.robot), (CheckKind::Torques, Some(0)), "{refusal}");
 }
 
 #[test]

@@ -5,11 +5,11 @@
 use assert_no_alloc::AllocDisabler;
 use softdock_realtime::clock::{Clock, Monotonic};
 use softdock_realtime::protocol::ethercat::cia402::mode;
-use softdock_realtime::protocol::ethercat::drives::Phase;
+use softdock_realtime::protocol::ethercat::drives::BringUpPhase;
 use softdock_realtime::protocol::ethercat::mapping::object;
 use softdock_realtime::protocol::ethercat::segment::DriveModel;
 use softdock_realtime::protocol::ethercat::{AxisConfig, AxisScale, EtherCatConfig, EtherCatRobot};
-use softdock_realtime::signals::{AXES, LinkFault, Order, RAIL, Robot};
+use softdock_realtime::signals::{AXES, LinkFault, Order, RAIL, RobotLink};
 use softdock_realtime::time::Nanos;
 
 mod measured;
@@ -250,7 +250,7 @@ fn an_end_stops_the_drives_after_they_stand() {
     }
     let end = swing(&start, 250);
     let mut after = 0;
-    while rig.robot().phase() != Phase::Ended {
+    while rig.robot().phase() != BringUpPhase::Ended {
         rig.report();
         // Refused once the drives are off.
         rig.send(Order::End(end));

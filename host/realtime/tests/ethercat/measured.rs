@@ -2,9 +2,9 @@
 
 use super::rig::{RATIO, Rig, largest, swing};
 use softdock_realtime::protocol::ethercat::cia402::control;
-use softdock_realtime::protocol::ethercat::drives::Phase;
+use softdock_realtime::protocol::ethercat::drives::BringUpPhase;
 use softdock_realtime::protocol::ethercat::{AxisScale, EtherCatConfig, EtherCatRobot};
-use softdock_realtime::signals::{Order, Robot};
+use softdock_realtime::signals::{Order, RobotLink};
 use softdock_realtime::time::Nanos;
 
 /// Percentiles of round trip and lateness over 15,000 cycles of motion; numbers of this machine, nothing gated.
@@ -73,6 +73,6 @@ fn a_real_segment_is_brought_to_op_and_held() {
             assert!(largest(&state.position, &first.position) < 0.01, "an axis moves though nothing is enabled");
         }
     }
-    assert_eq!(robot.phase(), Phase::Resting);
+    assert_eq!(robot.phase(), BringUpPhase::Resting);
     println!("{:?}, controlword {:#06x} all the time", robot.counters(), control::DISABLE_VOLTAGE);
 }

@@ -1,10 +1,10 @@
 //! A robot and a segment of emulated drives at the two ends of a veth pair.
 
 use assert_no_alloc::assert_no_alloc;
-use softdock_realtime::protocol::ethercat::drives::Phase;
-use softdock_realtime::protocol::ethercat::segment::{DriveModel, Responder, Segment};
+use softdock_realtime::protocol::ethercat::drives::BringUpPhase;
+use softdock_realtime::protocol::ethercat::segment::{DriveModel, EthercatSegment, Responder};
 use softdock_realtime::protocol::ethercat::{AxisScale, EtherCatConfig, EtherCatRobot, OpenError};
-use softdock_realtime::signals::{AXES, Order, Robot, RobotState};
+use softdock_realtime::signals::{AXES, Order, RobotLink, RobotState};
 use softdock_realtime::time::Nanos;
 use std::process::Command;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -99,7 +99,7 @@ impl Rig {
     ) -> Option<Result<Self, OpenError>> {
         let veth = Veth::new(test)?;
         raise_priority();
-        let responder = Responder::start(&veth.theirs, Segment::new(drives)).expect("responder");
+        let responder = Responder::start(&veth.theirs, EthercatSegment::new(drives)).expect("responder");
         let robot = EtherCatRobot::open(&veth.ours, config);
         Some(robot.map(|robot| Self { robot: Some(robot), responder: Some(responder), veth }))
     }
@@ -116,7 +116,7 @@ impl Rig {
         self.robot.as_mut().expect("open")
     }
 
-    pub(crate) fn segment(&self) -> MutexGuard<'_, Segment> {
+    pub(crate) fn segment(&self) -> MutexGuard<'_, EthercatSegment> {
         self.responder.as_ref().expect("answering").segment()
     }
 
@@ -140,7 +140,7 @@ impl Rig {
     pub(crate) fn enable(&mut self) -> [f64; AXES] {
         for _ in 0..500 {
             let at = self.report().asked.expect("targets");
-            if self.robot().phase() == Phase::Following {
+            if self.robot().phase() == BringUpPhase::Following {
                 return at;
             }
             self.send(Order::Move(at));

@@ -5,7 +5,7 @@ use softdock_realtime::protocol::fanuc::armed::ArmedFanuc;
 use softdock_realtime::protocol::fanuc::controller::FanucController;
 use softdock_realtime::protocol::fanuc::driver::FanucRobot;
 use softdock_realtime::protocol::fanuc::rmi_server::RmiServer;
-use softdock_realtime::signals::{AXES, Order, RAIL, Robot, RobotState};
+use softdock_realtime::signals::{AXES, Order, RAIL, RobotLink, RobotState};
 use softdock_realtime::time::Nanos;
 use softdock_realtime::wire::udp::UdpPort;
 use softdock_test_size::sized;

@@ -11,7 +11,7 @@ mod net_ft;
 mod rsi;
 
 use serde_json::Value;
-use softdock_realtime::protocol::{Controller, SensorBox};
+use softdock_realtime::protocol::{EmulatedController, SensorBox};
 use softdock_realtime::signals::{AXES, ForceSample, RobotState};
 use softdock_realtime::time::Nanos;
 use softdock_realtime::wire::{MAX_DATAGRAM, Port, udp::UdpPort};
@@ -125,7 +125,7 @@ impl<T> Drop for Served<T> {
 /// Serves a controller whose robot is where it is asked to be; returns where that was at the end.
 fn serve_controller(
     mut port: UdpPort,
-    mut controller: impl Controller,
+    mut controller: impl EmulatedController,
     start: RobotState,
     over: &AtomicBool,
 ) -> RobotState {

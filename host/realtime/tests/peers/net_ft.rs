@@ -4,7 +4,7 @@ use super::{PythonPeer, Served, alone, assert_near, loopback, numbers, serve_sen
 use softdock_kernels::space::Wrench;
 use softdock_kernels::vector::vec3;
 use softdock_realtime::protocol::netft::RDT_PORT;
-use softdock_realtime::protocol::netft::calibration::Calibration;
+use softdock_realtime::protocol::netft::calibration::NetFtCalibration;
 use softdock_realtime::protocol::netft::driver::{NetFt, NetFtSettings, OnSilence};
 use softdock_realtime::protocol::netft::http::{CalibrationServer, fetch_calibration};
 use softdock_realtime::protocol::netft::sensor_box::NetBox;
@@ -73,7 +73,7 @@ fn load() -> ForceSample {
 #[ignore = "needs pynetft: SOFTDOCK_PEER_PYTHON"]
 fn pynetft_reads_our_box() {
     let _alone = alone();
-    let calibration = Calibration::with_units("softdock", 1e6, 1e6, "N", "N-m").unwrap();
+    let calibration = NetFtCalibration::with_units("softdock", 1e6, 1e6, "N", "N-m").unwrap();
     let server = CalibrationServer::start(loopback(0), &calibration).unwrap();
     let port = UdpPort::bind(loopback(0)).unwrap();
     let rdt = port.local_address().unwrap().port().to_string();
@@ -96,7 +96,7 @@ fn netft_reads_our_box() {
     // The port is fixed in the client: another address of this host keeps clear of whoever else has it.
     let address = SocketAddr::from(([127, 0, 0, 2], RDT_PORT));
     let port = UdpPort::bind(address).unwrap();
-    let sensor = NetBox::new(Calibration::new(1e6, 1e6).unwrap(), Nanos::from_micros(143));
+    let sensor = NetBox::new(NetFtCalibration::new(1e6, 1e6).unwrap(), Nanos::from_micros(143));
     let served = Served::start(move |over| serve_sensor(port, sensor, load(), over));
     let result = PythonPeer::start("net_ft_client.py", &["NetFT", "127.0.0.2", "0", "0"]).told();
     served.end();

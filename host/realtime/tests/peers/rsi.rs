@@ -4,7 +4,7 @@ use super::{Served, alone, at_rest, loopback, now, serve_controller};
 use softdock_realtime::protocol::rsi::controller::{Krc, KrcSettings};
 use softdock_realtime::protocol::rsi::driver::RsiRobot;
 use softdock_realtime::protocol::rsi::tags::TagMap;
-use softdock_realtime::signals::{AXES, LinkCounters, Order, Robot};
+use softdock_realtime::signals::{AXES, LinkCounters, Order, RobotLink};
 use softdock_realtime::time::Nanos;
 use softdock_realtime::wire::udp::UdpPort;
 use std::net::SocketAddr;

@@ -1,4 +1,4 @@
-//! What a cycle leaves in the record: parts, orders, limits, phase.
+//! The record of a cycle: parts, commands, limits, phase.
 
 use super::{Core, Orders, State};
 use crate::limiter::Cut;
@@ -12,13 +12,13 @@ use softdock_kernels::space::{Motion, Parts};
 use softdock_kernels::vector::Pose;
 
 impl Core {
-    /// Notes what went to robot 1 or 2 (0 or 1 here), after all that stands on the wire.
+    /// Records the command of robot 0 or 1, with all fields on the wire.
     pub fn sent(&mut self, robot: usize, order: Option<&Order>) {
         self.moved_records()[robot].tell(order);
     }
 
-    /// Where the robots hold the parts, carried from the laboratory to the contact frame: the share of the motion that
-    /// each robot makes is laid back onto the parts.
+    /// Returns the parts as held by the robots, transformed from the laboratory to the contact frame with each robot's
+    /// share of the motion.
     pub(super) fn note_parts(&mut self, parts: &Parts<f64>) {
         let simulated = self.computer.progress().parts;
         let shared = command(&self.task.plant, &simulated);
@@ -30,7 +30,7 @@ impl Core {
         self.record.part_b = carried(&parts.b, &simulated.b, &shared.b);
     }
 
-    /// Records of the robots that take the commands: the emulated ones of a dry run, else the real ones.
+    /// Returns the records of the robots that receive the commands: the emulated ones of a dry run, else the real ones.
     pub(super) fn moved_records(&mut self) -> [&mut RobotRecord; 2] {
         let r = &mut self.record;
         if r.emulated_1.present() { [&mut r.emulated_1, &mut r.emulated_2] } else { [&mut r.robot_1, &mut r.robot_2] }
@@ -77,7 +77,7 @@ impl Core {
         r.contact_energy = energy;
     }
 
-    /// Share of the range that each axis has used up, from its middle.
+    /// Returns the used share of each axis' range, from its middle.
     pub(super) fn limits_used(&self) -> [[f64; AXES]; 2] {
         let Some(limiters) = &self.limiters else {
             return [Logged::BLANK; 2];
@@ -85,7 +85,7 @@ impl Core {
         std::array::from_fn(|r| {
             let at = limiters[r].position();
             std::array::from_fn(|i| {
-                // The rail is robot 1's.
+                // Only robot 1 has the rail.
                 if (r, i) == (1, RAIL) {
                     return f64::NAN;
                 }

@@ -1,4 +1,5 @@
-//! After a stop, on request: robot 1 moves its part straight back along the approach, and takes the force off the parts.
+//! Retraction after a stop, on request: robot 1 moves its part straight back along the approach, which unloads the
+//! contact.
 
 use super::{Core, Orders, State};
 use crate::drive::guard::Alarm;
@@ -12,28 +13,28 @@ use softdock_kernels::session::clearance_at;
 use softdock_kernels::space::{Motion, Parts};
 use softdock_kernels::vector::Vec3;
 
-/// Greatest mean speed of a retract \[m/s\].
+/// Greatest mean speed of a retraction \[m/s\].
 const SPEED: f64 = 0.01;
-/// Poses of the way at which boxes and arms are looked at.
+/// Poses of the path at which boxes and arms are checked.
 const WAY_POSES: u32 = 20;
 
-/// A straight way back of part A, from rest to rest.
+/// A straight retraction of part A, from rest to rest.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Retreat {
-    /// Where part A stands, at rest.
+    /// Pose of part A at its begin, at rest.
     from: Motion<f64>,
-    /// Where robot 2 stays.
+    /// Axes of robot 2, constant.
     other: [f64; AXES],
-    /// Laboratory, of length 1.
+    /// Direction, laboratory, unit length.
     direction: Vec3<f64>,
     distance: f64,
     duration: f64,
-    /// Measured force when the retract begins \[N\]; none before.
+    /// Measured force at the begin of the retraction \[N\].
     force: Option<f64>,
 }
 
 impl Core {
-    /// The way back, where one was asked for and the robots can make it under supervision.
+    /// Plans the retraction, if one is requested and the robots can make it under supervision.
     pub(super) fn retreat(&self) -> Option<Retreat> {
         let (limiters, distance) = (self.limiters.as_ref()?, self.task.retract);
         let latched = self.computer.progress().captured;
@@ -52,10 +53,10 @@ impl Core {
         let direction = self.approach * -1.0;
         let end = Motion { position: direction.scale_add(distance, from.position), ..from };
         let (axes, reachable) = self.arms.axes_for(0, &end);
-        // The speed of the axes is bounded by that of the way between its ends; the limiter has the last word.
+        // The path speed bounds the axis speeds between its ends; the limiter clamps the rest.
         let way = JointMove::new(at, [axes.position, at[1]], &self.limits);
         let duration = way.duration().max(distance / SPEED);
-        // The way keeps out of the boxes, and brings the arms no nearer than they may be.
+        // The path must stay out of the boxes and keep the least distance of the arms.
         let poses = (1..=WAY_POSES).map(|k| {
             let way = distance * f64::from(k) / f64::from(WAY_POSES);
             let part = Motion { position: direction.scale_add(way, from.position), ..from };
@@ -71,7 +72,7 @@ impl Core {
         reachable.then_some(Retreat { from, other: at[1], direction, distance, duration, force: None })
     }
 
-    /// One cycle of the way back; a force that grows ends it.
+    /// Steps the retraction by one cycle; an increasing force ends it.
     pub(super) fn retract(&mut self, retreat: &Retreat, begun: Nanos, now: Nanos, net: Option<Measured>) -> Orders {
         let mut retreat = *retreat;
         let force = net.map_or(f64::NAN, |measured| measured.wrench.force.norm());
@@ -97,7 +98,7 @@ impl Core {
     }
 }
 
-/// Whether the robots still do what they are commanded after a stop for this cause, and the sensor supervises them.
+/// Whether a retraction is safe after this cause: the robots follow their commands, and the sensor supervises them.
 fn may_retract(cause: StopCause) -> bool {
     match cause {
         StopCause::LinkSilent

@@ -1,10 +1,10 @@
-//! From open links to a run that begins: checks, drives that come up, the tool's weighing, the way to the start, the tare.
+//! Start-up phases: checks, enabling of the drives, weighing of the tool, motion to the start, tare.
 
-use super::{Core, Inputs, Orders, State};
-use crate::drive::checklist::{Answer, Check, Checklist, What};
+use super::{Core, CycleInputs, Orders, State};
+use crate::drive::checklist::{Check, CheckKind, CheckOutcome, Checklist};
 use crate::drive::guard::{Alarm, Guard};
 use crate::drive::motion::JointMove;
-use crate::drive::start::{Cell, Found, Watched, Weighing, moved, start_errors};
+use crate::drive::start::{CheckedLinks, StartUpContext, StartUpResult, Weighing, moved, start_errors};
 use crate::limiter::Limiter;
 use crate::log::codes::StopCause;
 use crate::log::record::RobotRecord;
@@ -13,16 +13,16 @@ use crate::time::Nanos;
 use softdock_kernels::contact::overlap::deepest_overlap;
 use std::sync::Arc;
 
-/// Time in which drives come up and brakes open \[s\].
+/// Time for enabling the drives and opening the brakes \[s\].
 const ENABLE_TIME: f64 = 0.5;
-/// How long the sensor is read at rest \[s\].
+/// Duration of the sensor's reading at rest \[s\].
 const TARE_TIME: f64 = 0.5;
-/// Time in which the robots come in after a turn of the tool \[s\].
+/// Settling time of the robots after a turn of the tool \[s\].
 const SETTLE_TIME: f64 = 0.5;
 /// Poses of a turn at which the distance of the parts is computed.
 const TURN_POSES: u32 = 10;
 
-/// What a weighing in a second attitude does.
+/// Phase of a weighing in a second attitude.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Leg {
     /// Robot 1 turns its tool.
@@ -34,8 +34,8 @@ pub(super) enum Leg {
 }
 
 impl Core {
-    pub(super) fn start_up(&mut self, inputs: &Inputs) -> Orders {
-        let cell = Cell {
+    pub(super) fn start_up(&mut self, inputs: &CycleInputs) -> Orders {
+        let cell = StartUpContext {
             arms: &self.arms,
             limits: &self.limits,
             robots: &self.capabilities,
@@ -47,11 +47,12 @@ impl Core {
             now: inputs.now,
         };
         let [moved, real] = &mut self.checks;
-        let moved = moved.check(&Watched::moved(&self.record, inputs.moved.broken), &cell);
-        let of_real = Cell { robots: &self.exercised, ..cell };
-        let real =
-            inputs.exercised.map(|arrived| real.check(&Watched::exercised(&self.record, arrived.broken), &of_real));
-        // The list of a dry run is that of the real links, unless only the emulated ones have failed.
+        let moved = moved.check(&CheckedLinks::moved(&self.record, inputs.moved.broken), &cell);
+        let of_real = StartUpContext { robots: &self.exercised, ..cell };
+        let real = inputs
+            .exercised
+            .map(|arrived| real.check(&CheckedLinks::exercised(&self.record, arrived.broken), &of_real));
+        // A dry run lists the checks of the real links, unless only the emulated ones have failed.
         let found = [real.flatten(), moved];
         let decided = || found.iter().flatten().filter(|found| found.decides).map(|found| &found.list);
         let failed = decided().find_map(Checklist::failed);
@@ -62,7 +63,7 @@ impl Core {
         if let Some(failed) = failed {
             return self.refuse(failed);
         }
-        let whole = |found: Option<Found>| found.is_some_and(|found| found.decides);
+        let whole = |found: Option<StartUpResult>| found.is_some_and(|found| found.decides);
         let passed = whole(moved) && real.is_none_or(whole);
         self.ready = passed && self.task.armed && !inputs.go && !self.task.check_only;
         match (passed, self.ready) {
@@ -83,10 +84,11 @@ impl Core {
         self.end(0)
     }
 
-    /// From rest where the robots are: limits and guard are set, and the way to the start is found.
+    /// Starts the motion phases from the robots' present rest position: creates limiters and guard, plans the path to
+    /// the start.
     pub(super) fn begin(&mut self, now: Nanos) -> Orders {
-        // From where the robots' controllers hold them, not from where they are measured: the first command asks for
-        // nothing, whatever the servo error.
+        // Starts at the controllers' set-points, not at the measured positions: the first command then requests no
+        // motion, whatever the servo error.
         let at = moved(&self.record).map(RobotRecord::set_point);
         self.begun_at = at;
         self.sent = [self.tools_at(&at); 2];
@@ -98,7 +100,7 @@ impl Core {
         self.hold_position()
     }
 
-    /// Drives that have to be enabled and brakes that have to open get their time, commanded to stay where they are.
+    /// Holds position while the drives are enabled and the brakes open.
     pub(super) fn enable(&mut self, begun: Nanos, now: Nanos) -> Orders {
         if (now - begun).seconds() >= ENABLE_TIME {
             self.state = match self.turn().filter(|_| self.task.armed) {
@@ -117,7 +119,7 @@ impl Core {
         if self.off_start().is_some() { State::ToStart { way, begun: now } } else { resting(now) }
     }
 
-    /// Axes at which the tool hangs in another attitude on the sensor: a wrist axis of robot 1 turned, where that
+    /// Returns axes at which the tool has another attitude on the sensor: a wrist axis of robot 1 is turned, if that
     /// changes the weight enough, stays within the limits and keeps the parts apart.
     fn turn(&self) -> Option<[[f64; AXES]; 2]> {
         let station = &self.task.station;
@@ -147,8 +149,9 @@ impl Core {
         turns.into_iter().find(possible).map(|(axis, by)| turned(axis, by))
     }
 
-    /// Weighs the tool in a second attitude: axes of the sensor that are exchanged about the vertical show in no single one.
-    pub(super) fn weigh(&mut self, inputs: &Inputs) -> Orders {
+    /// Weighs the tool in a second attitude: one attitude alone does not reveal sensor axes exchanged about the
+    /// vertical.
+    pub(super) fn weigh(&mut self, inputs: &CycleInputs) -> Orders {
         let State::Weighing { way, begun, leg } = self.state else {
             return self.hold_position();
         };
@@ -170,8 +173,8 @@ impl Core {
                 if time >= TARE_TIME && weighing.samples() > 0 {
                     let change = weighing.mean() - self.checks[0].weighing().mean();
                     let limits = self.task.station.sensor.weighing;
-                    let force = Check::new(What::TurnedForce, change.force.norm(), limits[0]);
-                    let moment = Check::new(What::TurnedMoment, change.moment.norm(), limits[1]);
+                    let force = Check::new(CheckKind::TurnedForce, change.force.norm(), limits[0]);
+                    let moment = Check::new(CheckKind::TurnedMoment, change.moment.norm(), limits[1]);
                     if let Some(refusal) = self.first_failed(&[force, moment]) {
                         return self.refuse(refusal);
                     }
@@ -183,32 +186,32 @@ impl Core {
         }
     }
 
-    /// Takes the sample of a cycle, if one came, without the weight of the tool.
-    fn take_reading(&self, inputs: &Inputs, weighing: &mut Weighing) {
+    /// Adds the sample of a cycle, if there is one, without the weight of the tool.
+    fn take_reading(&self, inputs: &CycleInputs, weighing: &mut Weighing) {
         if let Some(sample) = inputs.moved.sample {
             let a = self.arms.part_on(0, &self.axes[0][0], &[0.0; AXES]);
             weighing.take(sample.wrench - self.sensing.weight(&a));
         }
     }
 
-    /// Notes checks in the list; gives the first that has failed.
+    /// Stores checks in the list; returns the first that has failed.
     fn first_failed(&mut self, checks: &[Check]) -> Option<Check> {
         checks.iter().for_each(|check| self.checklist.set(*check));
-        // Not "failed": a value that is no number is refused too.
-        checks.iter().copied().find(|check| check.answer() != Answer::Passed)
+        // Refuses NaN values too.
+        checks.iter().copied().find(|check| check.answer() != CheckOutcome::Passed)
     }
 
-    /// The robot that holds its part too far from the start of the run.
+    /// Returns the check of a robot whose part is too far from the start of the run.
     pub(super) fn off_start(&self) -> Option<Check> {
         let start = self.run_in.at(&self.task.plant, 0.0);
         let errors = |r: usize| start_errors(r, &self.axes[0][r], &self.arms, &start);
-        (0..2).flat_map(errors).find(|check| check.answer() == Answer::Failed)
+        (0..2).flat_map(errors).find(|check| check.answer() == CheckOutcome::Failed)
     }
 
     pub(super) fn move_to_start(&mut self, way: &JointMove, begun: Nanos, now: Nanos) -> Orders {
         let time = (now - begun).seconds() + self.capabilities[0].cycle.seconds();
         let orders = self.limited(&way.at(time), true);
-        // The robots lag behind their commands: they get a second to come in.
+        // The robots lag behind their commands and get a second to settle.
         if time > way.duration() {
             match self.off_start() {
                 None => self.state = resting(now),
@@ -219,8 +222,8 @@ impl Core {
         orders
     }
 
-    /// Reads the sensor at rest; then the run begins.
-    pub(super) fn tare(&mut self, inputs: &Inputs) -> Orders {
+    /// Reads the sensor at rest, then begins the run.
+    pub(super) fn tare(&mut self, inputs: &CycleInputs) -> Orders {
         let State::Taring { begun, mut weighing } = self.state else {
             return self.hold_position();
         };

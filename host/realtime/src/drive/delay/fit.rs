@@ -1,29 +1,29 @@
-//! Least squares for dead time and lag: Levenberg and Marquardt's steps with numerical derivatives.
+//! Least squares for dead time and lag: Levenberg-Marquardt with numerical derivatives.
 
 use super::response::Lag;
-use super::{Axis, Delay, Response};
+use super::{Axis, DeadTime, ServoResponse};
 
-/// Most unknowns: dead time and three of a lag.
+/// Greatest number of unknowns: dead time and three of a lag.
 const MOST: usize = 4;
-/// More steps than any fit has needed.
+/// Greatest number of iterations.
 const STEPS: usize = 60;
-/// A fit whose cost falls by less than this share in a step is done.
+/// A fit ends when its cost falls by less than this share in an iteration.
 const DONE: f64 = 1e-10;
-/// Residual below which an axis gets no more weight \[rad\], \[m\]: the last decimal of a protocol.
+/// Residual floor of the axis weights \[rad\], \[m\]: the last decimal of a protocol.
 const FLOOR: f64 = 1e-8;
 
 type Unknowns = [f64; MOST];
 type Normal = [[f64; MOST]; MOST];
 
-/// Dead time and lag of a robot from its moving axes; none without any.
-pub(super) fn fit(axes: &[Axis], response: Response) -> Option<Delay> {
+/// Fits dead time and lag of a robot to its moving axes; `None` without any.
+pub(super) fn fit(axes: &[Axis], response: ServoResponse) -> Option<DeadTime> {
     let samples: usize = axes.iter().map(|axis| axis.measured.len()).sum();
     if axes.is_empty() || samples <= 2 * MOST {
         return None;
     }
     let mut problem = Problem { axes, response, weights: vec![1.0; axes.len()] };
     let mut best = problem.best();
-    // Axes follow differently well (contact, noise of their encoders): each gets the weight that it has earned.
+    // Axes follow with different accuracy (contact, encoder noise): weights come from their residuals.
     problem.weigh(&best.unknowns);
     best = problem.descend(best.unknowns);
     let count = (samples - problem.count()) as f64;
@@ -32,10 +32,10 @@ pub(super) fn fit(axes: &[Axis], response: Response) -> Option<Delay> {
     let error = invert(&best.normal, problem.count()).map_or(f64::NAN, |inverse| (inverse[0][0] * variance).sqrt());
     let plain = Problem { weights: vec![1.0; axes.len()], ..problem }.residuals(&best.unknowns);
     let residual = (plain.iter().map(|r| r * r).sum::<f64>() / samples as f64).sqrt();
-    Some(Delay { dead_time: best.unknowns[0], error, lag: lag_of(response, &best.unknowns), residual, samples })
+    Some(DeadTime { dead_time: best.unknowns[0], error, lag: lag_of(response, &best.unknowns), residual, samples })
 }
 
-/// How many times fewer independent residuals there are than residuals: (1 + r) / (1 - r) of their correlation r.
+/// Returns the ratio of residuals to independent residuals: (1 + r) / (1 - r) of their correlation r.
 fn spread(residuals: &[f64], axes: &[Axis]) -> f64 {
     let (mut own, mut next, mut at) = (0.0, 0.0, 0);
     for axis in axes {
@@ -48,18 +48,18 @@ fn spread(residuals: &[f64], axes: &[Axis]) -> f64 {
     (1.0 + r) / (1.0 - r)
 }
 
-/// Times in the logarithm stay positive.
-fn lag_of(response: Response, unknowns: &Unknowns) -> Option<Lag> {
+/// Logarithms keep the times positive.
+fn lag_of(response: ServoResponse, unknowns: &Unknowns) -> Option<Lag> {
     let [_, time, damping, zero] = *unknowns;
     match response {
-        Response::None => None,
-        Response::Known(lag) => Some(lag),
-        Response::First => Some(Lag::First { time: time.exp() }),
-        Response::Second => Some(Lag::Second { time: time.exp(), damping: damping.exp(), zero }),
+        ServoResponse::None => None,
+        ServoResponse::Known(lag) => Some(lag),
+        ServoResponse::First => Some(Lag::First { time: time.exp() }),
+        ServoResponse::Second => Some(Lag::Second { time: time.exp(), damping: damping.exp(), zero }),
     }
 }
 
-/// A place of the descent: unknowns, weighted sum of squares, matrix of the normal equations.
+/// A point of the descent: unknowns, weighted sum of squares, matrix of the normal equations.
 struct Place {
     unknowns: Unknowns,
     cost: f64,
@@ -68,30 +68,31 @@ struct Place {
 
 struct Problem<'a> {
     axes: &'a [Axis],
-    response: Response,
+    response: ServoResponse,
     weights: Vec<f64>,
 }
 
 impl Problem<'_> {
     fn count(&self) -> usize {
         match self.response {
-            Response::None | Response::Known(_) => 1,
-            Response::First => 2,
-            Response::Second => MOST,
+            ServoResponse::None | ServoResponse::Known(_) => 1,
+            ServoResponse::First => 2,
+            ServoResponse::Second => MOST,
         }
     }
 
-    /// The best descent from several starts: dead time and lag can stand in for one another in part.
+    /// Returns the best descent from several starts: dead time and lag are partly confounded.
     fn best(&self) -> Place {
-        let whole = Problem { response: Response::None, weights: self.weights.clone(), ..*self }.descend([0.0; MOST]);
+        let whole =
+            Problem { response: ServoResponse::None, weights: self.weights.clone(), ..*self }.descend([0.0; MOST]);
         let starts: Vec<Unknowns> = match self.response {
-            Response::None => return whole,
-            Response::Known(_) => vec![[0.0; MOST]],
-            Response::First => {
+            ServoResponse::None => return whole,
+            ServoResponse::Known(_) => vec![[0.0; MOST]],
+            ServoResponse::First => {
                 let lag = whole.unknowns[0].max(1e-3);
                 vec![[0.1 * lag, (0.9 * lag).ln(), 0.0, 0.0], [0.8 * lag, (0.2 * lag).ln(), 0.0, 0.0]]
             }
-            Response::Second => {
+            ServoResponse::Second => {
                 let lag = whole.unknowns[0].max(1e-3);
                 let start = |dead: f64, damping: f64, zero: f64| {
                     // The dead time at low frequency is tau + 2 z / w - T_z.
@@ -117,7 +118,7 @@ impl Problem<'_> {
         }
     }
 
-    /// Weighted residuals of all axes; each axis may stand off by a constant (mounting, zeros), which is taken off.
+    /// Returns the weighted residuals of all axes, less a constant offset per axis (mounting, zeros).
     fn residuals(&self, unknowns: &Unknowns) -> Vec<f64> {
         let mut out = Vec::with_capacity(self.axes.iter().map(|axis| axis.measured.len()).sum());
         let lag = lag_of(self.response, unknowns);
@@ -132,7 +133,7 @@ impl Problem<'_> {
         out
     }
 
-    /// Downhill from a start.
+    /// Descends from a start.
     fn descend(&self, start: Unknowns) -> Place {
         let count = self.count();
         let square = |residuals: &[f64]| residuals.iter().map(|r| r * r).sum::<f64>();
@@ -171,7 +172,7 @@ impl Problem<'_> {
         place
     }
 
-    /// Derivatives of the residuals by every unknown.
+    /// Returns the derivatives of the residuals by every unknown.
     fn slopes(&self, unknowns: &Unknowns) -> Vec<Vec<f64>> {
         let along = |i: usize| {
             // Dead time and zero in seconds, time and damping in the logarithm.
@@ -188,7 +189,7 @@ impl Problem<'_> {
     }
 }
 
-/// A step that stays where the model is one: 20 ms, or a factor of 2.
+/// Limits a step to the validity of the linearisation: 20 ms, or a factor of 2.
 fn bounded(unknown: usize, step: f64) -> f64 {
     let most = if unknown == 0 || unknown == 3 { 0.02 } else { 0.7 };
     step.clamp(-most, most)
@@ -208,7 +209,7 @@ fn normal(slopes: &[Vec<f64>]) -> Normal {
     out
 }
 
-/// Inverse of the leading `count` rows and columns of a positive definite matrix (Gauss and Jordan).
+/// Returns the inverse of the leading `count` rows and columns of a positive definite matrix (Gauss-Jordan).
 fn invert(matrix: &Normal, count: usize) -> Option<Normal> {
     let mut left = *matrix;
     let mut right: Normal = std::array::from_fn(|i| std::array::from_fn(|k| f64::from(u8::from(i == k))));

@@ -1,6 +1,6 @@
-//! A course of commands, and what a robot's lag makes of it.
+//! Commanded trajectory of an axis, and its response behind a robot's lag.
 
-/// A robot's own lag, unit gain.
+/// A robot's own lag with unit gain.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Lag {
     /// `1 / (1 + T s)`.
@@ -8,7 +8,7 @@ pub enum Lag {
         /// T \[s\].
         time: f64,
     },
-    /// `w^2 (1 + T_z s) / (s^2 + 2 z w s + w^2)`, as a scenario's robots have it.
+    /// `w^2 (1 + T_z s) / (s^2 + 2 z w s + w^2)`, as in a scenario's robots.
     Second {
         /// 1/w \[s\].
         time: f64,
@@ -27,7 +27,7 @@ struct States {
 }
 
 impl Lag {
-    /// Its delay at low frequency \[s\]: T, or 2 z / w - T_z.
+    /// Returns the delay at low frequency \[s\]: T, or 2 z / w - T_z.
     pub fn delay(self) -> f64 {
         match self {
             Self::First { time } => time,
@@ -48,27 +48,27 @@ impl Lag {
     }
 }
 
-/// Where an axis is asked to be, over time: lines between nodes, at rest before the first one.
+/// Commanded positions of an axis over time: linear between nodes, at rest before the first one.
 pub(super) struct Course {
     time: Vec<f64>,
     place: Vec<f64>,
 }
 
 impl Course {
-    /// From nodes in order of time.
+    /// Creates a trajectory from nodes in order of time.
     pub(super) fn new(nodes: impl Iterator<Item = (f64, f64)>) -> Self {
         let (time, place) = nodes.unzip();
         Self { time, place }
     }
 
-    /// Largest less smallest place.
+    /// Returns the range of the positions.
     pub(super) fn span(&self) -> f64 {
         let bounds = |(low, high): (f64, f64), place: &f64| (low.min(*place), high.max(*place));
         let (low, high) = self.place.iter().fold((f64::INFINITY, f64::NEG_INFINITY), bounds);
         high - low
     }
 
-    /// What comes out behind a lag: place and rate at every node, exact for lines between the nodes.
+    /// Returns position and rate behind a lag at every node; exact for linear inputs between nodes.
     pub(super) fn behind(&self, lag: Option<Lag>) -> Output<'_> {
         let Some(lag) = lag else {
             return Output { time: &self.time, place: self.place.clone(), rate: None };
@@ -80,7 +80,7 @@ impl Course {
         for (time, u) in self.time.iter().zip(&self.place) {
             if let Some((before, was)) = last {
                 let step: f64 = time - before;
-                // Cycles that differ by rounding are one.
+                // Cycles that differ by rounding only are equal.
                 if (step - cached.0).abs() > 1e-9 {
                     cached = (step, transition(a, b, step));
                 }
@@ -96,7 +96,7 @@ impl Course {
     }
 }
 
-/// Transition of states, input and its slope over a step: the exponential of the matrix of all four.
+/// Returns the transition of states, input and input slope over a step: the matrix exponential of all four.
 fn transition(a: [[f64; 2]; 2], b: [f64; 2], step: f64) -> [[f64; 4]; 4] {
     let rows = [[a[0][0], a[0][1], b[0], 0.0], [a[1][0], a[1][1], b[1], 0.0], [0.0, 0.0, 0.0, 1.0], [0.0; 4]];
     let size = rows.iter().flatten().fold(0.0f64, |most, entry| most.max((entry * step).abs()));
@@ -116,16 +116,16 @@ fn product(one: &[[f64; 4]; 4], two: &[[f64; 4]; 4]) -> [[f64; 4]; 4] {
     std::array::from_fn(|i| std::array::from_fn(|k| (0..4).map(|j| one[i][j] * two[j][k]).sum()))
 }
 
-/// A course behind a lag.
+/// A trajectory behind a lag.
 pub(super) struct Output<'a> {
     time: &'a [f64],
     place: Vec<f64>,
-    /// Known behind a lag, where the output bends within a cycle.
+    /// Output within a cycle, where it bends.
     rate: Option<Vec<f64>>,
 }
 
 impl Output<'_> {
-    /// Places at times in order, each less a dead time.
+    /// Returns the positions at times in order, each less a dead time.
     pub(super) fn delayed(&self, times: impl Iterator<Item = f64>, dead_time: f64) -> impl Iterator<Item = f64> {
         let mut after = 0;
         times.map(move |time| {
@@ -141,7 +141,7 @@ impl Output<'_> {
         })
     }
 
-    /// The place between the nodes before and at `after`: a line, or the cubic with the rates at its ends.
+    /// Returns the position between the nodes before and at `after`: linear, or cubic with the rates at its ends.
     fn between(&self, after: usize, at: f64) -> f64 {
         let (begin, end) = (self.time[after - 1], self.time[after]);
         let (from, to, step) = (self.place[after - 1], self.place[after], end - begin);
@@ -160,9 +160,9 @@ impl Output<'_> {
 mod tests {
     use super::*;
 
-    /// A step of the lag against the closed form of its overdamped response.
+    /// Compares a step of the lag with the closed form of its overdamped response.
     #[test]
-    fn a_lag_answers_as_its_formula_says() {
+    fn lag_matches_its_closed_form() {
         let (time, damping, zero) = (26.73e-3, 2.766, 64.29e-3);
         let w: f64 = 1.0 / time;
         let root = (damping * damping - 1.0f64).sqrt();
@@ -184,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn without_a_lag_a_course_is_lines() {
+    fn trajectory_without_lag_is_linear() {
         let course = Course::new([(0.0, 1.0), (1.0, 3.0), (2.0, 2.0)].into_iter());
         let found: Vec<f64> = course.behind(None).delayed([0.0, 0.75, 1.5, 9.0].into_iter(), 0.25).collect();
         assert_eq!(found, [1.0, 2.0, 2.75, 2.0]);

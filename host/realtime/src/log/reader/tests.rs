@@ -3,7 +3,7 @@
 use super::*;
 use crate::log::mcap::{LogFile, Setup};
 use crate::log::sample::{self, STARTED, assert_same};
-use crate::log::scene::Scene;
+use crate::log::scene::LoggedScene;
 use crate::time::Nanos;
 use proptest::prelude::*;
 use softdock_campaign::Campaign;
@@ -12,11 +12,11 @@ use std::io::Cursor;
 use std::time::Instant;
 
 /// The shipped facility.
-fn scene() -> Scene {
+fn scene() -> LoggedScene {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../campaigns/probe_drogue.toml");
     let scenario = Campaign::load(&file).expect("the shipped campaign").scenario;
     let station = scenario.station.as_ref().expect("it names its facility");
-    Scene::new(&Plant::new(scenario.model.clone()), station, &default_names()).expect("in reach")
+    LoggedScene::new(&Plant::new(scenario.model.clone()), station, &default_names()).expect("in reach")
 }
 
 fn setup() -> Setup {

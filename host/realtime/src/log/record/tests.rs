@@ -58,7 +58,7 @@ fn a_code_s_meaning_lists_its_words() {
 #[test]
 fn a_blank_record_says_nothing() {
     for (value, column) in sample::values(&CycleRecord::BLANK).into_iter().zip(columns::<CycleRecord>()) {
-        assert_eq!(value, Value::blank(column.kind), "{}", column.name);
+        assert_eq!(value, LogValue::blank(column.kind), "{}", column.name);
     }
 }
 

@@ -19,8 +19,8 @@ fn shipped() -> (Plant, Station) {
     (Plant::new(campaign.scenario.model), station)
 }
 
-fn described(plant: &Plant, station: &Station) -> (Scene, urdf_rs::Robot) {
-    let scene = Scene::new(plant, station, &default_names()).expect("in reach");
+fn described(plant: &Plant, station: &Station) -> (LoggedScene, urdf_rs::Robot) {
+    let scene = LoggedScene::new(plant, station, &default_names()).expect("in reach");
     let urdf = urdf_rs::read_from_string(&scene.urdf).expect("a URDF");
     (scene, urdf)
 }

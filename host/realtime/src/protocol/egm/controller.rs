@@ -1,9 +1,9 @@
 //! The emulated EGM robot: reports first, each cycle, and moves to the joint targets that come back.
 
 use super::CYCLE;
-use super::messages::{Axes, Motion, RobotReport, SensorCommand};
+use super::messages::{EgmAxes, EgmMotion, RobotReport, SensorCommand};
 use crate::protocol::link::progress;
-use crate::protocol::{Controller, Line, Outbox};
+use crate::protocol::{EmulatedController, Line, Outbox};
 use crate::signals::{AXES, RAIL, RobotState, plausible};
 use crate::time::Nanos;
 use softdock_kernels::space::Wrench;
@@ -88,7 +88,7 @@ impl EgmController {
     }
 }
 
-impl Controller for EgmController {
+impl EmulatedController for EgmController {
     fn cycle(&self) -> Nanos {
         self.settings.cycle
     }
@@ -136,16 +136,16 @@ impl Controller for EgmController {
             sequence: self.sequence,
             time_ms: (now.0 / 1_000_000) as u32,
             feedback: motion(&self.settings, &state.position, state),
-            planned: Motion { pose: None, ..motion(&self.settings, &from, state) },
+            planned: EgmMotion { pose: None, ..motion(&self.settings, &from, state) },
             motors_on: true,
             running: self.fault.is_none(),
             rapid_running: true,
             converged: self.settled_since.is_some(),
-            force: self.force.map_or(Axes::default(), |wrench| {
+            force: self.force.map_or(EgmAxes::default(), |wrench| {
                 let (force, moment) = (wrench.force, wrench.moment);
-                Axes::of(&[force.x, force.y, force.z, moment.x, moment.y, moment.z])
+                EgmAxes::of(&[force.x, force.y, force.z, moment.x, moment.y, moment.z])
             }),
-            torque: state.torque.map_or(Axes::default(), |torque| Axes::of(&torque[..RAIL])),
+            torque: state.torque.map_or(EgmAxes::default(), |torque| EgmAxes::of(&torque[..RAIL])),
         };
         self.sequence = self.sequence.wrapping_add(1);
         if let Some(bytes) = report.message().as_bytes() {
@@ -167,12 +167,12 @@ impl Controller for EgmController {
     }
 }
 
-fn motion(settings: &EgmSettings, axes: &[f64; AXES], state: &RobotState) -> Motion {
+fn motion(settings: &EgmSettings, axes: &[f64; AXES], state: &RobotState) -> EgmMotion {
     let joints: [f64; RAIL] = std::array::from_fn(|axis| axes[axis].to_degrees());
     let pose = state.pose.map(|pose| {
         let (position, turn) = (pose.position * 1e3, pose.attitude);
         [position.x, position.y, position.z, turn.w, turn.v.x, turn.v.y, turn.v.z]
     });
-    let external = if settings.rail { Axes::of(&[axes[RAIL] * 1e3]) } else { Axes::default() };
-    Motion { joints: Axes::of(&joints), external, pose }
+    let external = if settings.rail { EgmAxes::of(&[axes[RAIL] * 1e3]) } else { EgmAxes::default() };
+    EgmMotion { joints: EgmAxes::of(&joints), external, pose }
 }

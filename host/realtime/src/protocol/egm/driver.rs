@@ -1,9 +1,9 @@
 //! Our side of EGM: a robot that reports first, each cycle, and takes joint targets.
 
-use super::messages::{Axes, Motion, RobotReport, SensorCommand};
+use super::messages::{EgmAxes, EgmMotion, RobotReport, SensorCommand};
 use crate::protocol::link::{self, Peer, Succession};
 use crate::signals::{
-    AXES, Capabilities, LinkCounters, LinkFault, MAX_EFFORT, Order, RAIL, Robot, RobotState, plausible,
+    AXES, Capabilities, LinkCounters, LinkFault, MAX_EFFORT, Order, RAIL, RobotLink, RobotState, plausible,
 };
 use crate::time::Nanos;
 use crate::wire::Port;
@@ -46,7 +46,7 @@ impl<P: Port> EgmRobot<P> {
     }
 }
 
-fn axes(motion: &Motion, rail: bool) -> Option<[f64; AXES]> {
+fn axes(motion: &EgmMotion, rail: bool) -> Option<[f64; AXES]> {
     let mut axes = [0.0; AXES];
     let joints: &[f64; RAIL] = motion.joints.as_slice().try_into().ok()?;
     for (axis, degrees) in axes.iter_mut().zip(joints) {
@@ -113,7 +113,7 @@ fn take(
     Some(state)
 }
 
-impl<P: Port> Robot for EgmRobot<P> {
+impl<P: Port> RobotLink for EgmRobot<P> {
     fn capabilities(&self) -> Capabilities {
         Capabilities { cycle: self.cycle, master: true, rail: self.rail, torque: false, pose: true }
     }
@@ -158,8 +158,8 @@ impl<P: Port> Robot for EgmRobot<P> {
             return Ok(());
         }
         let joints: [f64; RAIL] = std::array::from_fn(|axis| target[axis].to_degrees());
-        let external = if self.rail { Axes::of(&[target[RAIL] * 1e3]) } else { Axes::default() };
-        let planned = Motion { joints: Axes::of(&joints), external, pose: None };
+        let external = if self.rail { EgmAxes::of(&[target[RAIL] * 1e3]) } else { EgmAxes::default() };
+        let planned = EgmMotion { joints: EgmAxes::of(&joints), external, pose: None };
         let time_ms = (now.0 / 1_000_000) as u32;
         let command = SensorCommand { sequence: self.session.sent, time_ms, planned };
         let message = command.message();

@@ -1,9 +1,9 @@
 //! The two messages of EGM (`abb.egm`, proto2): `EgmRobot` from the robot, `EgmSensor` from us; deg, mm, N, N m.
 
-use super::wire_format::{Fields, Malformed, Message, Numbers, Value};
+use super::wire_format::{Fields, Message, Numbers, ProtobufError, WireValue};
 
 /// Joints, or external joints, of a message: up to six.
-pub type Axes = Numbers<6>;
+pub type EgmAxes = Numbers<6>;
 
 /// `MSGTYPE_DATA`: a robot's report.
 const TYPE_DATA: u64 = 2;
@@ -19,11 +19,11 @@ const RAPID_RUNNING: u64 = 2;
 
 /// Joints and external joints of a report or a command, and the tool's pose if it is told.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Motion {
+pub struct EgmMotion {
     /// Joint angles \[deg\].
-    pub joints: Axes,
+    pub joints: EgmAxes,
     /// External joints; a rail in mm.
-    pub external: Axes,
+    pub external: EgmAxes,
     /// Position x, y, z \[mm\] and quaternion u0 (scalar) to u3.
     pub pose: Option<[f64; 7]>,
 }
@@ -36,9 +36,9 @@ pub struct RobotReport {
     /// Its time \[ms\]; wraps after 49.7 days.
     pub time_ms: u32,
     /// What it measures.
-    pub feedback: Motion,
+    pub feedback: EgmMotion,
     /// What its motion planner follows.
-    pub planned: Motion,
+    pub planned: EgmMotion,
     /// Drives are on; a report without this counts as on.
     pub motors_on: bool,
     /// EGM runs; likewise.
@@ -48,9 +48,9 @@ pub struct RobotReport {
     /// It is where it was asked to be.
     pub converged: bool,
     /// Force \[N\] and moment \[N m\] of its own sensor, if it has one.
-    pub force: Axes,
+    pub force: EgmAxes,
     /// Torques of its joints \[N m\], if it tells them (RobotWare 7).
-    pub torque: Axes,
+    pub torque: EgmAxes,
 }
 
 impl RobotReport {
@@ -58,7 +58,7 @@ impl RobotReport {
     ///
     /// # Errors
     /// If it is no such message, has no header or no joints, or a number is not finite.
-    pub fn read(datagram: &[u8]) -> Result<Self, Malformed> {
+    pub fn read(datagram: &[u8]) -> Result<Self, ProtobufError> {
         let mut report = Self { motors_on: true, running: true, rapid_running: true, ..Self::default() };
         let mut header = None;
         let mut fields = Fields(datagram);
@@ -76,9 +76,9 @@ impl RobotReport {
                 _ => {}
             }
         }
-        let header = header.ok_or(Malformed)?;
+        let header = header.ok_or(ProtobufError)?;
         (report.sequence, report.time_ms) = (header.sequence, header.time_ms);
-        if report.feedback.joints.as_slice().is_empty() { Err(Malformed) } else { Ok(report) }
+        if report.feedback.joints.as_slice().is_empty() { Err(ProtobufError) } else { Ok(report) }
     }
 
     /// The message; forces in the layout of RobotWare 7, in which `fcActive` comes first.
@@ -112,7 +112,7 @@ pub struct SensorCommand {
     /// Its time \[ms\].
     pub time_ms: u32,
     /// Where joints and external joints shall be.
-    pub planned: Motion,
+    pub planned: EgmMotion,
 }
 
 impl SensorCommand {
@@ -120,7 +120,7 @@ impl SensorCommand {
     ///
     /// # Errors
     /// If it is no correction, has no header, or a number is not finite.
-    pub fn read(datagram: &[u8]) -> Result<Self, Malformed> {
+    pub fn read(datagram: &[u8]) -> Result<Self, ProtobufError> {
         let mut command = Self::default();
         let mut header = None;
         let mut fields = Fields(datagram);
@@ -131,7 +131,7 @@ impl SensorCommand {
                 _ => {}
             }
         }
-        let header = header.filter(|header| header.kind == TYPE_CORRECTION).ok_or(Malformed)?;
+        let header = header.filter(|header| header.kind == TYPE_CORRECTION).ok_or(ProtobufError)?;
         (command.sequence, command.time_ms) = (header.sequence, header.time_ms);
         Ok(command)
     }
@@ -152,7 +152,7 @@ struct Header {
     kind: u64,
 }
 
-fn read_header(value: Value) -> Result<Header, Malformed> {
+fn read_header(value: WireValue) -> Result<Header, ProtobufError> {
     let mut header = Header::default();
     let mut fields = value.message()?;
     while let Some((number, value)) = fields.field()? {
@@ -175,8 +175,8 @@ fn write_header(message: &mut Message, sequence: u32, time_ms: u32, kind: u64) {
 }
 
 /// `EgmFeedBack` and `EgmPlanned` have the same fields.
-fn read_motion(value: Value) -> Result<Motion, Malformed> {
-    let mut motion = Motion::default();
+fn read_motion(value: WireValue) -> Result<EgmMotion, ProtobufError> {
+    let mut motion = EgmMotion::default();
     let mut fields = value.message()?;
     while let Some((number, value)) = fields.field()? {
         match number {
@@ -189,7 +189,7 @@ fn read_motion(value: Value) -> Result<Motion, Malformed> {
     Ok(motion)
 }
 
-fn write_motion(message: &mut Message, motion: &Motion) {
+fn write_motion(message: &mut Message, motion: &EgmMotion) {
     message.message(1, |inner| inner.doubles(1, motion.joints.as_slice()));
     if let Some([x, y, z, turn @ ..]) = motion.pose {
         message.message(2, |inner| {
@@ -209,8 +209,8 @@ fn write_numbered(message: &mut Message, values: &[f64]) {
     }
 }
 
-fn read_axes(value: Value) -> Result<Axes, Malformed> {
-    let mut axes = Axes::default();
+fn read_axes(value: WireValue) -> Result<EgmAxes, ProtobufError> {
+    let mut axes = EgmAxes::default();
     let mut fields = value.message()?;
     while let Some((number, value)) = fields.field()? {
         if number == 1 {
@@ -221,7 +221,7 @@ fn read_axes(value: Value) -> Result<Axes, Malformed> {
 }
 
 /// A pose if both position and quaternion are whole.
-fn read_pose(value: Value) -> Result<Option<[f64; 7]>, Malformed> {
+fn read_pose(value: WireValue) -> Result<Option<[f64; 7]>, ProtobufError> {
     let mut pose = [0.0; 7];
     let mut seen = 0u8;
     let mut fields = value.message()?;
@@ -244,7 +244,7 @@ fn read_pose(value: Value) -> Result<Option<[f64; 7]>, Malformed> {
 }
 
 /// The one enumeration in a state message.
-fn read_state(value: Value) -> Result<u64, Malformed> {
+fn read_state(value: WireValue) -> Result<u64, ProtobufError> {
     let mut state = 0;
     let mut fields = value.message()?;
     while let Some((number, value)) = fields.field()? {
@@ -256,18 +256,18 @@ fn read_state(value: Value) -> Result<u64, Malformed> {
 }
 
 /// RobotWare 6 has the forces as field 1; RobotWare 7 has a flag there and the forces as field 2.
-fn read_force(value: Value) -> Result<Axes, Malformed> {
-    let mut force = Axes::default();
+fn read_force(value: WireValue) -> Result<EgmAxes, ProtobufError> {
+    let mut force = EgmAxes::default();
     let mut active = true;
     let mut fields = value.message()?;
     while let Some((number, value)) = fields.field()? {
         match (number, value) {
-            (1, Value::Varint(flag)) => active = flag != 0,
+            (1, WireValue::Varint(flag)) => active = flag != 0,
             (1 | 2, value) => force.take(value)?,
             _ => {}
         }
     }
-    Ok(if active { force } else { Axes::default() })
+    Ok(if active { force } else { EgmAxes::default() })
 }
 
 #[cfg(test)]
@@ -277,7 +277,7 @@ mod tests {
 
     #[test]
     fn golden_command() {
-        let planned = Motion { joints: Axes::of(&[1.0]), external: Axes::of(&[-2.0]), pose: None };
+        let planned = EgmMotion { joints: EgmAxes::of(&[1.0]), external: EgmAxes::of(&[-2.0]), pose: None };
         let message = SensorCommand { sequence: 5, time_ms: 130, planned }.message();
         let golden = [
             0x0A, 7, 0x08, 5, 0x10, 0x82, 0x01, 0x18, 3, //
@@ -289,7 +289,7 @@ mod tests {
     #[test]
     fn forces_of_both_robotwares_are_read() {
         let report = RobotReport {
-            feedback: Motion { joints: Axes::of(&[0.0; 6]), ..Motion::default() },
+            feedback: EgmMotion { joints: EgmAxes::of(&[0.0; 6]), ..EgmMotion::default() },
             ..RobotReport::default()
         };
         let with_force = |fill: fn(&mut Message)| {
@@ -297,42 +297,42 @@ mod tests {
             message.message(9, fill);
             RobotReport::read(message.as_bytes().unwrap()).unwrap().force
         };
-        assert_eq!(with_force(|force| force.doubles(1, &[7.0; 6])), Axes::of(&[7.0; 6]));
+        assert_eq!(with_force(|force| force.doubles(1, &[7.0; 6])), EgmAxes::of(&[7.0; 6]));
         assert_eq!(
             with_force(|force| {
                 force.number(1, 1);
                 force.doubles(2, &[7.0; 6])
             }),
-            Axes::of(&[7.0; 6])
+            EgmAxes::of(&[7.0; 6])
         );
         assert_eq!(
             with_force(|force| {
                 force.number(1, 0);
                 force.doubles(2, &[7.0; 6])
             }),
-            Axes::default()
+            EgmAxes::default()
         );
     }
 
     #[test]
     fn what_is_no_report_is_refused() {
-        assert_eq!(RobotReport::read(&[]), Err(Malformed));
+        assert_eq!(RobotReport::read(&[]), Err(ProtobufError));
         let command = SensorCommand::default().message();
-        assert_eq!(RobotReport::read(command.as_bytes().unwrap()), Err(Malformed));
-        let wild = Motion { joints: Axes::of(&[f64::INFINITY]), ..Motion::default() };
+        assert_eq!(RobotReport::read(command.as_bytes().unwrap()), Err(ProtobufError));
+        let wild = EgmMotion { joints: EgmAxes::of(&[f64::INFINITY]), ..EgmMotion::default() };
         let report = RobotReport { feedback: wild, ..RobotReport::default() }.message();
-        assert_eq!(RobotReport::read(report.as_bytes().unwrap()), Err(Malformed));
-        assert_eq!(SensorCommand::read(report.as_bytes().unwrap()), Err(Malformed));
+        assert_eq!(RobotReport::read(report.as_bytes().unwrap()), Err(ProtobufError));
+        assert_eq!(SensorCommand::read(report.as_bytes().unwrap()), Err(ProtobufError));
     }
 
     proptest! {
         #[test]
         fn reports_return(joints in prop::array::uniform6(-360.0..360.0f64), rail in -1e4..1e4f64, sequence: u32,
             time_ms: u32, flags: [bool; 4], force: bool) {
-            let feedback = Motion { joints: Axes::of(&joints), external: Axes::of(&[rail]), pose: Some([1.0; 7]) };
+            let feedback = EgmMotion { joints: EgmAxes::of(&joints), external: EgmAxes::of(&[rail]), pose: Some([1.0; 7]) };
             let [motors_on, running, rapid_running, converged] = flags;
-            let force = if force { Axes::of(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0]) } else { Axes::default() };
-            let planned = Motion { pose: None, ..feedback };
+            let force = if force { EgmAxes::of(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0]) } else { EgmAxes::default() };
+            let planned = EgmMotion { pose: None, ..feedback };
             let torque = force;
             let report = RobotReport { sequence, time_ms, feedback, planned, motors_on, running, rapid_running, converged,
                 force, torque };
@@ -341,7 +341,7 @@ mod tests {
 
         #[test]
         fn commands_return(joints in prop::array::uniform6(-360.0..360.0f64), sequence: u32, time_ms: u32) {
-            let planned = Motion { joints: Axes::of(&joints), ..Motion::default() };
+            let planned = EgmMotion { joints: EgmAxes::of(&joints), ..EgmMotion::default() };
             let command = SensorCommand { sequence, time_ms, planned };
             prop_assert_eq!(SensorCommand::read(command.message().as_bytes().unwrap()), Ok(command));
         }

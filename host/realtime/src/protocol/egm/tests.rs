@@ -2,10 +2,10 @@
 
 use super::controller::{EgmController, EgmSettings};
 use super::driver::EgmRobot;
-use super::messages::{Axes, Motion, RobotReport, SensorCommand};
-use crate::protocol::Controller;
+use super::messages::{EgmAxes, EgmMotion, RobotReport, SensorCommand};
+use crate::protocol::EmulatedController;
 use crate::protocol::memory::{MemoryPort, local, peer, state_at};
-use crate::signals::{AXES, LinkFault, Order, RAIL, Robot, RobotState};
+use crate::signals::{AXES, LinkFault, Order, RAIL, RobotLink, RobotState};
 use crate::time::Nanos;
 use softdock_kernels::space::Wrench;
 use softdock_kernels::vector::vec3;
@@ -83,7 +83,7 @@ fn a_robot_that_was_moved_before_it_follows_is_held_where_it_is() {
     let port = MemoryPort::default();
     let mut driver = EgmRobot::new(port.clone(), CYCLE, false, None);
     for (sequence, running, angle) in [(0, false, 10.0), (1, false, 20.0), (2, true, 20.0), (3, true, 20.1)] {
-        let motion = Motion { joints: Axes::of(&[angle; 6]), ..Motion::default() };
+        let motion = EgmMotion { joints: EgmAxes::of(&[angle; 6]), ..EgmMotion::default() };
         let report = RobotReport {
             sequence,
             feedback: motion,

@@ -5,11 +5,11 @@ pub const MAX_MESSAGE: usize = 1024;
 
 /// The bytes are no protobuf message, or not the one that they should be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Malformed;
+pub struct ProtobufError;
 
 /// A field's value as it stands on the wire.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Value<'a> {
+pub enum WireValue<'a> {
     /// Whole numbers, flags, enumerations.
     Varint(u64),
     /// A double, as bits.
@@ -20,15 +20,15 @@ pub enum Value<'a> {
     Bytes(&'a [u8]),
 }
 
-impl<'a> Value<'a> {
+impl<'a> WireValue<'a> {
     /// A whole number of 32 bits.
     ///
     /// # Errors
     /// If it is something else.
-    pub fn u32(self) -> Result<u32, Malformed> {
+    pub fn u32(self) -> Result<u32, ProtobufError> {
         match self {
-            Self::Varint(value) => u32::try_from(value).map_err(|_| Malformed),
-            _ => Err(Malformed),
+            Self::Varint(value) => u32::try_from(value).map_err(|_| ProtobufError),
+            _ => Err(ProtobufError),
         }
     }
 
@@ -36,10 +36,10 @@ impl<'a> Value<'a> {
     ///
     /// # Errors
     /// If it is something else, infinite or not a number.
-    pub fn f64(self) -> Result<f64, Malformed> {
+    pub fn f64(self) -> Result<f64, ProtobufError> {
         match self {
-            Self::Fixed64(bits) => Some(f64::from_bits(bits)).filter(|value| value.is_finite()).ok_or(Malformed),
-            _ => Err(Malformed),
+            Self::Fixed64(bits) => Some(f64::from_bits(bits)).filter(|value| value.is_finite()).ok_or(ProtobufError),
+            _ => Err(ProtobufError),
         }
     }
 
@@ -47,10 +47,10 @@ impl<'a> Value<'a> {
     ///
     /// # Errors
     /// If it is something else.
-    pub fn message(self) -> Result<Fields<'a>, Malformed> {
+    pub fn message(self) -> Result<Fields<'a>, ProtobufError> {
         match self {
             Self::Bytes(bytes) => Ok(Fields(bytes)),
-            _ => Err(Malformed),
+            _ => Err(ProtobufError),
         }
     }
 }
@@ -64,51 +64,51 @@ impl<'a> Fields<'a> {
     ///
     /// # Errors
     /// If the bytes break off or are no field.
-    pub fn field(&mut self) -> Result<Option<(u32, Value<'a>)>, Malformed> {
+    pub fn field(&mut self) -> Result<Option<(u32, WireValue<'a>)>, ProtobufError> {
         if self.0.is_empty() {
             return Ok(None);
         }
         let key = self.varint()?;
-        let number = u32::try_from(key >> 3).ok().filter(|&number| number > 0).ok_or(Malformed)?;
+        let number = u32::try_from(key >> 3).ok().filter(|&number| number > 0).ok_or(ProtobufError)?;
         let value = match key & 7 {
-            0 => Value::Varint(self.varint()?),
-            1 => Value::Fixed64(u64::from_le_bytes(self.word()?)),
+            0 => WireValue::Varint(self.varint()?),
+            1 => WireValue::Fixed64(u64::from_le_bytes(self.word()?)),
             2 => {
-                let length = usize::try_from(self.varint()?).map_err(|_| Malformed)?;
-                Value::Bytes(self.take(length)?)
+                let length = usize::try_from(self.varint()?).map_err(|_| ProtobufError)?;
+                WireValue::Bytes(self.take(length)?)
             }
-            5 => Value::Fixed32(u32::from_le_bytes(self.word()?)),
+            5 => WireValue::Fixed32(u32::from_le_bytes(self.word()?)),
             // Groups are long gone from protobuf.
-            _ => return Err(Malformed),
+            _ => return Err(ProtobufError),
         };
         Ok(Some((number, value)))
     }
 
-    fn take(&mut self, length: usize) -> Result<&'a [u8], Malformed> {
-        let (taken, rest) = self.0.split_at_checked(length).ok_or(Malformed)?;
+    fn take(&mut self, length: usize) -> Result<&'a [u8], ProtobufError> {
+        let (taken, rest) = self.0.split_at_checked(length).ok_or(ProtobufError)?;
         self.0 = rest;
         Ok(taken)
     }
 
-    fn word<const N: usize>(&mut self) -> Result<[u8; N], Malformed> {
-        self.take(N)?.try_into().map_err(|_| Malformed)
+    fn word<const N: usize>(&mut self) -> Result<[u8; N], ProtobufError> {
+        self.take(N)?.try_into().map_err(|_| ProtobufError)
     }
 
-    fn varint(&mut self) -> Result<u64, Malformed> {
+    fn varint(&mut self) -> Result<u64, ProtobufError> {
         let mut value = 0;
         for shift in (0..64).step_by(7) {
             let [byte] = self.word()?;
             let part = u64::from(byte & 0x7F);
             // The tenth byte has room for one bit.
             if shift == 63 && part > 1 {
-                return Err(Malformed);
+                return Err(ProtobufError);
             }
             value |= part << shift;
             if byte & 0x80 == 0 {
                 return Ok(value);
             }
         }
-        Err(Malformed)
+        Err(ProtobufError)
     }
 }
 
@@ -142,21 +142,21 @@ impl<const N: usize> Numbers<N> {
     ///
     /// # Errors
     /// If there are more than `N`, or one is not finite.
-    pub fn take(&mut self, value: Value) -> Result<(), Malformed> {
+    pub fn take(&mut self, value: WireValue) -> Result<(), ProtobufError> {
         match value {
-            Value::Bytes(packed) => {
+            WireValue::Bytes(packed) => {
                 let (words, rest) = packed.as_chunks::<8>();
                 for &word in words {
-                    self.push(Value::Fixed64(u64::from_le_bytes(word)))?;
+                    self.push(WireValue::Fixed64(u64::from_le_bytes(word)))?;
                 }
-                if rest.is_empty() { Ok(()) } else { Err(Malformed) }
+                if rest.is_empty() { Ok(()) } else { Err(ProtobufError) }
             }
             single => self.push(single),
         }
     }
 
-    fn push(&mut self, value: Value) -> Result<(), Malformed> {
-        let place = self.values.get_mut(self.length).ok_or(Malformed)?;
+    fn push(&mut self, value: WireValue) -> Result<(), ProtobufError> {
+        let place = self.values.get_mut(self.length).ok_or(ProtobufError)?;
         *place = value.f64()?;
         self.length += 1;
         Ok(())
@@ -245,27 +245,27 @@ mod tests {
         let golden = [0x08, 0xAC, 0x02, 0x12, 9, 0x09, 0, 0, 0, 0, 0, 0, 0xF0, 0x3F];
         assert_eq!(message.as_bytes(), Some(&golden[..]));
         let mut fields = Fields(&golden);
-        assert_eq!(fields.field(), Ok(Some((1, Value::Varint(300)))));
-        assert_eq!(fields.field(), Ok(Some((2, Value::Bytes(&golden[5..])))));
+        assert_eq!(fields.field(), Ok(Some((1, WireValue::Varint(300)))));
+        assert_eq!(fields.field(), Ok(Some((2, WireValue::Bytes(&golden[5..])))));
         assert_eq!(fields.field(), Ok(None));
     }
 
     #[test]
     fn what_breaks_off_or_is_no_field_is_refused() {
         for bytes in [&[0x08][..], &[0x09, 1], &[0x12, 5, 1], &[0x00, 1], &[0x0B], &[0x08, 0x80], &[0xFF; 12]] {
-            assert_eq!(Fields(bytes).field(), Err(Malformed), "{bytes:?}");
+            assert_eq!(Fields(bytes).field(), Err(ProtobufError), "{bytes:?}");
         }
         let longest = [0x08, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0x01];
-        assert_eq!(Fields(&longest).field(), Ok(Some((1, Value::Varint(u64::MAX)))));
+        assert_eq!(Fields(&longest).field(), Ok(Some((1, WireValue::Varint(u64::MAX)))));
     }
 
     #[test]
     fn too_many_numbers_and_wild_ones_are_refused() {
         let mut numbers = Numbers::<2>::default();
-        assert_eq!(numbers.take(Value::Bytes(&[0; 16])), Ok(()));
-        assert_eq!(numbers.take(Value::Fixed64(0)), Err(Malformed));
-        assert_eq!(Numbers::<2>::default().take(Value::Bytes(&[0; 15])), Err(Malformed));
-        assert_eq!(Numbers::<2>::default().take(Value::Fixed64(f64::NAN.to_bits())), Err(Malformed));
+        assert_eq!(numbers.take(WireValue::Bytes(&[0; 16])), Ok(()));
+        assert_eq!(numbers.take(WireValue::Fixed64(0)), Err(ProtobufError));
+        assert_eq!(Numbers::<2>::default().take(WireValue::Bytes(&[0; 15])), Err(ProtobufError));
+        assert_eq!(Numbers::<2>::default().take(WireValue::Fixed64(f64::NAN.to_bits())), Err(ProtobufError));
     }
 
     proptest! {
@@ -275,8 +275,8 @@ mod tests {
             message.number(number, value);
             message.double(number, double);
             let mut fields = Fields(message.as_bytes().unwrap());
-            prop_assert_eq!(fields.field(), Ok(Some((number, Value::Varint(value)))));
-            prop_assert_eq!(fields.field(), Ok(Some((number, Value::Fixed64(double.to_bits())))));
+            prop_assert_eq!(fields.field(), Ok(Some((number, WireValue::Varint(value)))));
+            prop_assert_eq!(fields.field(), Ok(Some((number, WireValue::Fixed64(double.to_bits())))));
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::cia402::mode;
 use super::config::{EtherCatConfig, OpenError};
-use super::mapping::{Command, Inputs, Outputs, Report};
+use super::mapping::{DriveInputs, DriveOutputs, Report, ServoCommand};
 use super::opening::{Opened, open};
 use super::pump::{Passed, Pump};
 use super::watchdog::StopOptions;
@@ -40,8 +40,8 @@ macro_rules! either {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Place {
     pub(super) station: usize,
-    pub(super) outputs: Outputs,
-    pub(super) inputs: Inputs,
+    pub(super) outputs: DriveOutputs,
+    pub(super) inputs: DriveInputs,
     pub(super) stops: StopOptions,
 }
 
@@ -92,7 +92,7 @@ impl Bus {
     }
 
     /// Puts commands into the outputs of the next exchange.
-    pub(super) fn write(&mut self, commands: &[Command; AXES]) {
+    pub(super) fn write(&mut self, commands: &[ServoCommand; AXES]) {
         let Some(operating) = &self.operating else { return };
         either!(operating, group => write_group(group, self.main, &self.places, commands));
     }
@@ -157,7 +157,7 @@ pub(super) fn write_group<S, D>(
     group: &Group<S, D>,
     main: &MainDevice<'_>,
     places: &[Place],
-    commands: &[Command; AXES],
+    commands: &[ServoCommand; AXES],
 ) where
     S: HasPdi,
 {

@@ -26,7 +26,7 @@ pub mod control {
 
 /// State of a drive, as its statusword (object 6041) tells it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum State {
+pub enum DriveState {
     /// Initialising; also what no other pattern fits.
     NotReady,
     /// Initialised, off.
@@ -45,7 +45,7 @@ pub enum State {
     Fault,
 }
 
-impl State {
+impl DriveState {
     /// The state that a statusword means (CiA 402-2, statusword patterns).
     pub fn of(statusword: u16) -> Self {
         match statusword & 0x4F {
@@ -137,8 +137,8 @@ impl Sequence {
 
     /// The controlword that answers a statusword.
     pub fn step(&mut self, wish: Wish, statusword: u16) -> u16 {
-        let state = State::of(statusword);
-        if self.on() && wish == Wish::On && state != State::OperationEnabled {
+        let state = DriveState::of(statusword);
+        if self.on() && wish == Wish::On && state != DriveState::OperationEnabled {
             self.tripped = true;
         }
         match wish {
@@ -147,41 +147,44 @@ impl Sequence {
         }
     }
 
-    fn towards_on(&mut self, state: State) -> u16 {
+    fn towards_on(&mut self, state: DriveState) -> u16 {
         use control::{DISABLE_VOLTAGE, ENABLE_OPERATION, SHUTDOWN, SWITCH_ON};
-        if !matches!(state, State::Fault | State::FaultReaction) {
+        if !matches!(state, DriveState::Fault | DriveState::FaultReaction) {
             self.reset_for = 0;
         }
         let (stage, word) = match state {
-            State::ReadyToSwitchOn if self.stage >= Stage::Shutdown => (Stage::SwitchOn, SWITCH_ON),
-            State::SwitchedOn if self.stage >= Stage::SwitchOn => (Stage::Enable, ENABLE_OPERATION),
-            State::OperationEnabled if self.stage >= Stage::Enable => {
+            DriveState::ReadyToSwitchOn if self.stage >= Stage::Shutdown => (Stage::SwitchOn, SWITCH_ON),
+            DriveState::SwitchedOn if self.stage >= Stage::SwitchOn => (Stage::Enable, ENABLE_OPERATION),
+            DriveState::OperationEnabled if self.stage >= Stage::Enable => {
                 self.may_reset = false;
                 (Stage::On, ENABLE_OPERATION)
             }
-            State::SwitchOnDisabled | State::ReadyToSwitchOn | State::SwitchedOn | State::OperationEnabled => {
-                (Stage::Shutdown, SHUTDOWN)
+            DriveState::SwitchOnDisabled
+            | DriveState::ReadyToSwitchOn
+            | DriveState::SwitchedOn
+            | DriveState::OperationEnabled => (Stage::Shutdown, SHUTDOWN),
+            DriveState::Fault => (Stage::Off, self.reset()),
+            DriveState::NotReady | DriveState::QuickStopActive | DriveState::FaultReaction => {
+                (Stage::Off, DISABLE_VOLTAGE)
             }
-            State::Fault => (Stage::Off, self.reset()),
-            State::NotReady | State::QuickStopActive | State::FaultReaction => (Stage::Off, DISABLE_VOLTAGE),
         };
         self.stage = stage;
         word
     }
 
-    fn towards_off(&mut self, state: State) -> u16 {
+    fn towards_off(&mut self, state: DriveState) -> u16 {
         self.stage = Stage::Off;
-        self.quick_for = if state == State::QuickStopActive { self.quick_for.saturating_add(1) } else { 0 };
+        self.quick_for = if state == DriveState::QuickStopActive { self.quick_for.saturating_add(1) } else { 0 };
         match state {
-            State::OperationEnabled => control::QUICK_STOP,
-            State::QuickStopActive if self.quick_for < QUICK_STOP_CYCLES => control::QUICK_STOP,
-            State::Fault => self.reset(),
-            State::NotReady
-            | State::SwitchOnDisabled
-            | State::ReadyToSwitchOn
-            | State::SwitchedOn
-            | State::QuickStopActive
-            | State::FaultReaction => control::DISABLE_VOLTAGE,
+            DriveState::OperationEnabled => control::QUICK_STOP,
+            DriveState::QuickStopActive if self.quick_for < QUICK_STOP_CYCLES => control::QUICK_STOP,
+            DriveState::Fault => self.reset(),
+            DriveState::NotReady
+            | DriveState::SwitchOnDisabled
+            | DriveState::ReadyToSwitchOn
+            | DriveState::SwitchedOn
+            | DriveState::QuickStopActive
+            | DriveState::FaultReaction => control::DISABLE_VOLTAGE,
         }
     }
 

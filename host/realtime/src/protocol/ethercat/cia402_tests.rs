@@ -4,8 +4,8 @@ use super::*;
 use proptest::prelude::*;
 
 /// Answers of a drive that obeys at once: the statusword after a controlword.
-fn obey(state: State, word: u16) -> State {
-    use State::*;
+fn obey(state: DriveState, word: u16) -> DriveState {
+    use DriveState::*;
     match (state, word & 0x8F) {
         (Fault, 0x80) => SwitchOnDisabled,
         (Fault, _) => Fault,
@@ -18,23 +18,23 @@ fn obey(state: State, word: u16) -> State {
     }
 }
 
-fn statusword(state: State) -> u16 {
+fn statusword(state: DriveState) -> u16 {
     match state {
-        State::NotReady => 0x00,
-        State::SwitchOnDisabled => 0x40,
-        State::ReadyToSwitchOn => 0x21,
-        State::SwitchedOn => 0x23,
-        State::OperationEnabled => 0x27,
-        State::QuickStopActive => 0x07,
-        State::FaultReaction => 0x0F,
-        State::Fault => 0x08,
+        DriveState::NotReady => 0x00,
+        DriveState::SwitchOnDisabled => 0x40,
+        DriveState::ReadyToSwitchOn => 0x21,
+        DriveState::SwitchedOn => 0x23,
+        DriveState::OperationEnabled => 0x27,
+        DriveState::QuickStopActive => 0x07,
+        DriveState::FaultReaction => 0x0F,
+        DriveState::Fault => 0x08,
     }
 }
 
 #[test]
 fn statuswords_of_real_drives_are_read() {
-    let read = [0x0250, 0x0231, 0x0233, 0x1237, 0x0217, 0x0218, 0x021F, 0x0200].map(State::of);
-    use State::*;
+    let read = [0x0250, 0x0231, 0x0233, 0x1237, 0x0217, 0x0218, 0x021F, 0x0200].map(DriveState::of);
+    use DriveState::*;
     let meant = [
         SwitchOnDisabled,
         ReadyToSwitchOn,
@@ -50,7 +50,7 @@ fn statuswords_of_real_drives_are_read() {
 
 #[test]
 fn a_drive_is_led_to_operation_enabled_and_back() {
-    let (mut sequence, mut state, mut words) = (Sequence::new(false), State::SwitchOnDisabled, Vec::new());
+    let (mut sequence, mut state, mut words) = (Sequence::new(false), DriveState::SwitchOnDisabled, Vec::new());
     for _ in 0..5 {
         words.push(sequence.step(Wish::On, statusword(state)));
         state = obey(state, words[words.len() - 1]);
@@ -58,12 +58,12 @@ fn a_drive_is_led_to_operation_enabled_and_back() {
     assert_eq!(words, [0x06, 0x07, 0x0F, 0x0F, 0x0F]);
     assert!(sequence.on());
     assert_eq!(sequence.step(Wish::Off, statusword(state)), control::QUICK_STOP);
-    assert_eq!(sequence.step(Wish::Off, statusword(State::SwitchOnDisabled)), control::DISABLE_VOLTAGE);
+    assert_eq!(sequence.step(Wish::Off, statusword(DriveState::SwitchOnDisabled)), control::DISABLE_VOLTAGE);
 }
 
 #[test]
 fn a_drive_that_somebody_left_on_is_first_taken_back() {
-    for left in [State::SwitchedOn, State::OperationEnabled, State::ReadyToSwitchOn] {
+    for left in [DriveState::SwitchedOn, DriveState::OperationEnabled, DriveState::ReadyToSwitchOn] {
         let mut sequence = Sequence::new(false);
         assert_eq!(sequence.step(Wish::On, statusword(left)), control::SHUTDOWN, "{left:?}");
     }
@@ -129,22 +129,22 @@ proptest! {
         // The oracle knows nothing of stages: it looks back over what was sent and seen.
         let (mut shutdown, mut switched) = (false, false);
         for (wish, word) in inputs {
-            let state = State::of(word);
+            let state = DriveState::of(word);
             let sent = sequence.step(wish, word);
             prop_assert!(wish == Wish::On || !matches!(sent, 0x06 | 0x07 | 0x0F), "{sent:#x} though to be off");
             match sent {
                 control::SHUTDOWN => (shutdown, switched) = (true, false),
                 control::SWITCH_ON => {
-                    prop_assert!(shutdown && state == State::ReadyToSwitchOn);
+                    prop_assert!(shutdown && state == DriveState::ReadyToSwitchOn);
                     switched = true;
                 }
                 control::ENABLE_OPERATION => {
                     prop_assert!(shutdown && switched, "enabled without the sequence");
-                    prop_assert!(matches!(state, State::SwitchedOn | State::OperationEnabled));
+                    prop_assert!(matches!(state, DriveState::SwitchedOn | DriveState::OperationEnabled));
                 }
                 _ => (shutdown, switched) = (false, false),
             }
-            prop_assert!(!sequence.on() || state == State::OperationEnabled && sent == control::ENABLE_OPERATION);
+            prop_assert!(!sequence.on() || state == DriveState::OperationEnabled && sent == control::ENABLE_OPERATION);
         }
     }
 }

@@ -1,7 +1,7 @@
 //! All drives of a robot together: enabled together from where they stand, led by targets, stopped together.
 
-use super::cia402::{Sequence, State, Wish, mode};
-use super::mapping::{Command, Report};
+use super::cia402::{DriveState, Sequence, Wish, mode};
+use super::mapping::{Report, ServoCommand};
 use crate::signals::AXES;
 
 /// Cycles after which an enabling that has not come to its end has failed.
@@ -52,7 +52,7 @@ impl Trip {
 
 /// Where the drives stand as a whole.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Phase {
+pub enum BringUpPhase {
     /// Off.
     Resting,
     /// On the way to operation enabled, for so many cycles.
@@ -85,7 +85,7 @@ struct Drive {
 pub struct Drives {
     drives: [Drive; AXES],
     count: usize,
-    phase: Phase,
+    phase: BringUpPhase,
 }
 
 impl Drives {
@@ -96,11 +96,11 @@ impl Drives {
         for (drive, step) in drives.iter_mut().zip(steps) {
             *drive = Drive { sequence: Sequence::new(reset), step: (*step).max(1), ..Drive::default() };
         }
-        Self { drives, count: steps.len().min(AXES), phase: Phase::Resting }
+        Self { drives, count: steps.len().min(AXES), phase: BringUpPhase::Resting }
     }
 
     /// Where they stand.
-    pub fn phase(&self) -> Phase {
+    pub fn phase(&self) -> BringUpPhase {
         self.phase
     }
 
@@ -112,27 +112,29 @@ impl Drives {
     /// They follow, or nothing keeps them from being enabled.
     pub fn ready(&self, reports: &[Report; AXES]) -> bool {
         match self.phase {
-            Phase::Following | Phase::Finishing(..) => {
+            BringUpPhase::Following | BringUpPhase::Finishing(..) => {
                 self.drives[..self.count].iter().all(|drive| drive.sequence.on())
             }
-            Phase::Resting | Phase::Enabling(_) => {
-                reports[..self.count].iter().all(|report| State::of(report.statusword).sound())
+            BringUpPhase::Resting | BringUpPhase::Enabling(_) => {
+                reports[..self.count].iter().all(|report| DriveState::of(report.statusword).sound())
             }
-            Phase::Ended | Phase::Tripped(_) => false,
+            BringUpPhase::Ended | BringUpPhase::Tripped(_) => false,
         }
     }
 
     /// No drive has torque on, by its own report.
     pub fn off(&self, reports: &[Report; AXES]) -> bool {
         reports[..self.count].iter().all(|report| {
-            let state = State::of(report.statusword);
-            !matches!(state, State::OperationEnabled | State::QuickStopActive | State::FaultReaction)
+            let state = DriveState::of(report.statusword);
+            !matches!(state, DriveState::OperationEnabled | DriveState::QuickStopActive | DriveState::FaultReaction)
         })
     }
 
     /// The first drive whose target is farther from the last one than it may go in a cycle; only while they follow.
     pub fn jump(&self, targets: &[i32; AXES]) -> Option<usize> {
-        matches!(self.phase, Phase::Following | Phase::Finishing(..)).then(|| self.farthest(targets)).flatten()
+        matches!(self.phase, BringUpPhase::Following | BringUpPhase::Finishing(..))
+            .then(|| self.farthest(targets))
+            .flatten()
     }
 
     fn farthest(&self, targets: &[i32; AXES]) -> Option<usize> {
@@ -141,17 +143,17 @@ impl Drives {
     }
 
     /// The commands of a cycle, from what is asked and what the drives have reported.
-    pub fn step(&mut self, aim: &Aim, reports: &[Report; AXES]) -> [Command; AXES] {
+    pub fn step(&mut self, aim: &Aim, reports: &[Report; AXES]) -> [ServoCommand; AXES] {
         self.phase = self.next_phase(aim, reports);
         let wish = match self.phase {
-            Phase::Enabling(_) | Phase::Following | Phase::Finishing(..) => Wish::On,
-            Phase::Resting | Phase::Ended | Phase::Tripped(_) => Wish::Off,
+            BringUpPhase::Enabling(_) | BringUpPhase::Following | BringUpPhase::Finishing(..) => Wish::On,
+            BringUpPhase::Resting | BringUpPhase::Ended | BringUpPhase::Tripped(_) => Wish::Off,
         };
         let mut commands = self.sequence(wish, reports);
         if wish == Wish::On {
             self.judge(reports);
             self.lead(aim);
-            if matches!(self.phase, Phase::Tripped(_)) {
+            if matches!(self.phase, BringUpPhase::Tripped(_)) {
                 commands = self.sequence(Wish::Off, reports);
             }
         }
@@ -161,21 +163,21 @@ impl Drives {
         commands
     }
 
-    fn next_phase(&self, aim: &Aim, reports: &[Report; AXES]) -> Phase {
+    fn next_phase(&self, aim: &Aim, reports: &[Report; AXES]) -> BringUpPhase {
         match (self.phase, aim) {
-            (Phase::Ended | Phase::Tripped(_), _) => self.phase,
-            (_, Aim::Rest) => Phase::Resting,
-            (Phase::Resting, Aim::Follow(_)) => Phase::Enabling(0),
-            (Phase::Enabling(cycles), Aim::Follow(_)) => Phase::Enabling(cycles + 1),
-            (Phase::Following | Phase::Finishing(..), Aim::Follow(_)) => Phase::Following,
-            (Phase::Resting | Phase::Enabling(_), Aim::Finish(_)) => Phase::Ended,
-            (Phase::Following, Aim::Finish(_)) => Phase::Finishing(0, 0),
-            (Phase::Finishing(cycles, still), Aim::Finish(targets)) => {
+            (BringUpPhase::Ended | BringUpPhase::Tripped(_), _) => self.phase,
+            (_, Aim::Rest) => BringUpPhase::Resting,
+            (BringUpPhase::Resting, Aim::Follow(_)) => BringUpPhase::Enabling(0),
+            (BringUpPhase::Enabling(cycles), Aim::Follow(_)) => BringUpPhase::Enabling(cycles + 1),
+            (BringUpPhase::Following | BringUpPhase::Finishing(..), Aim::Follow(_)) => BringUpPhase::Following,
+            (BringUpPhase::Resting | BringUpPhase::Enabling(_), Aim::Finish(_)) => BringUpPhase::Ended,
+            (BringUpPhase::Following, Aim::Finish(_)) => BringUpPhase::Finishing(0, 0),
+            (BringUpPhase::Finishing(cycles, still), Aim::Finish(targets)) => {
                 let still = if self.stands(targets, reports) { still + 1 } else { 0 };
                 if still >= STANDING_CYCLES || cycles >= FINISH_CYCLES {
-                    Phase::Ended
+                    BringUpPhase::Ended
                 } else {
-                    Phase::Finishing(cycles + 1, still)
+                    BringUpPhase::Finishing(cycles + 1, still)
                 }
             }
         }
@@ -190,14 +192,15 @@ impl Drives {
     }
 
     /// Steps every sequence; a drive that cannot follow yet has its target where it stands.
-    fn sequence(&mut self, wish: Wish, reports: &[Report; AXES]) -> [Command; AXES] {
-        let mut commands = [Command::default(); AXES];
+    fn sequence(&mut self, wish: Wish, reports: &[Report; AXES]) -> [ServoCommand; AXES] {
+        let mut commands = [ServoCommand::default(); AXES];
         for ((drive, report), command) in self.drives[..self.count].iter_mut().zip(reports).zip(&mut commands) {
             let was_enabling = drive.sequence.enabling();
             // Torque comes on in the mode that is displayed: not before it is the right one.
             let wish = if !was_enabling && other_mode(report) { Wish::Off } else { wish };
             command.controlword = drive.sequence.step(wish, report.statusword);
-            let torque = matches!(State::of(report.statusword), State::OperationEnabled | State::QuickStopActive);
+            let torque =
+                matches!(DriveState::of(report.statusword), DriveState::OperationEnabled | DriveState::QuickStopActive);
             drive.held = was_enabling || drive.held && torque;
             if !drive.held {
                 drive.target = report.position;
@@ -214,22 +217,25 @@ impl Drives {
         let elsewhere =
             drives.iter().zip(reports).position(|(drive, report)| drive.sequence.on() && other_mode(report));
         self.phase = match (lost, elsewhere, drives.iter().position(|drive| !drive.sequence.on()), self.phase) {
-            (Some(drive), ..) => Phase::Tripped(Trip::Drive(drive)),
-            (_, Some(drive), ..) => Phase::Tripped(Trip::Mode(drive)),
-            (_, _, Some(drive), Phase::Enabling(ENABLING_CYCLES..)) => Phase::Tripped(Trip::NotEnabled(drive)),
-            (_, _, None, Phase::Enabling(_)) => Phase::Following,
+            (Some(drive), ..) => BringUpPhase::Tripped(Trip::Drive(drive)),
+            (_, Some(drive), ..) => BringUpPhase::Tripped(Trip::Mode(drive)),
+            (_, _, Some(drive), BringUpPhase::Enabling(ENABLING_CYCLES..)) => {
+                BringUpPhase::Tripped(Trip::NotEnabled(drive))
+            }
+            (_, _, None, BringUpPhase::Enabling(_)) => BringUpPhase::Following,
             (.., phase) => phase,
         };
     }
 
     /// New targets for drives that follow, or the end of following where one is too far away.
     fn lead(&mut self, aim: &Aim) {
-        let (Phase::Following | Phase::Finishing(..), Aim::Follow(targets) | Aim::Finish(targets)) = (self.phase, aim)
+        let (BringUpPhase::Following | BringUpPhase::Finishing(..), Aim::Follow(targets) | Aim::Finish(targets)) =
+            (self.phase, aim)
         else {
             return;
         };
         if let Some(drive) = self.farthest(targets) {
-            self.phase = Phase::Tripped(Trip::Jump(drive));
+            self.phase = BringUpPhase::Tripped(Trip::Jump(drive));
             return;
         }
         for (drive, target) in self.drives[..self.count].iter_mut().zip(targets) {

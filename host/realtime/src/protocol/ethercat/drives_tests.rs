@@ -4,13 +4,13 @@ use super::super::cia402::control;
 use super::*;
 use proptest::prelude::*;
 
-const STATUS: [(State, u16); 6] = [
-    (State::SwitchOnDisabled, 0x40),
-    (State::ReadyToSwitchOn, 0x21),
-    (State::SwitchedOn, 0x23),
-    (State::OperationEnabled, 0x27),
-    (State::QuickStopActive, 0x07),
-    (State::Fault, 0x08),
+const STATUS: [(DriveState, u16); 6] = [
+    (DriveState::SwitchOnDisabled, 0x40),
+    (DriveState::ReadyToSwitchOn, 0x21),
+    (DriveState::SwitchedOn, 0x23),
+    (DriveState::OperationEnabled, 0x27),
+    (DriveState::QuickStopActive, 0x07),
+    (DriveState::Fault, 0x08),
 ];
 
 /// Drives that obey at once and lag their targets.
@@ -34,7 +34,7 @@ impl Rig {
         self.reports.map(|report| report.position)
     }
 
-    fn cycle(&mut self, aim: Aim) -> [Command; AXES] {
+    fn cycle(&mut self, aim: Aim) -> [ServoCommand; AXES] {
         let commands = self.drives.step(&aim, &self.reports);
         for (report, command) in self.reports[..self.count].iter_mut().zip(&commands) {
             report.statusword = match (report.statusword, command.controlword) {
@@ -58,7 +58,7 @@ impl Rig {
         for _ in 0..10 {
             self.cycle(Aim::Follow(at));
         }
-        assert_eq!(self.drives.phase(), Phase::Following);
+        assert_eq!(self.drives.phase(), BringUpPhase::Following);
     }
 }
 
@@ -70,7 +70,7 @@ fn all_are_enabled_together_where_they_stand_and_follow() {
     let start = rig.at();
     for i in 1..=50 {
         rig.cycle(Aim::Follow(start.map(|counts| counts + 90 * i)));
-        assert_eq!(rig.drives.phase(), Phase::Following);
+        assert_eq!(rig.drives.phase(), BringUpPhase::Following);
     }
     assert!(rig.reports.iter().zip(start).all(|(report, start)| report.position > start + 4000));
     assert!(rig.drives.ready(&rig.reports));
@@ -108,7 +108,7 @@ fn one_fault_stops_all_for_good() {
     rig.reports[2].statusword = 0x08;
     let at = rig.at();
     let commands = rig.cycle(Aim::Follow(at));
-    assert_eq!(rig.drives.phase(), Phase::Tripped(Trip::Drive(2)));
+    assert_eq!(rig.drives.phase(), BringUpPhase::Tripped(Trip::Drive(2)));
     assert!((0..7).filter(|i| *i != 2).all(|i| commands[i].controlword == control::QUICK_STOP));
     assert!(!rig.drives.ready(&rig.reports));
     rig.reports[2].statusword = 0x40;
@@ -126,7 +126,7 @@ fn a_far_target_is_not_sent_and_ends_the_following() {
     assert_eq!(rig.drives.jump(&far), Some(1));
     let before = rig.drives.targets();
     let commands = rig.cycle(Aim::Follow(far));
-    assert_eq!(rig.drives.phase(), Phase::Tripped(Trip::Jump(1)));
+    assert_eq!(rig.drives.phase(), BringUpPhase::Tripped(Trip::Jump(1)));
     assert_eq!(commands.map(|command| command.target), before);
     assert!(commands[..3].iter().all(|command| command.controlword == control::QUICK_STOP));
 }
@@ -137,7 +137,7 @@ fn an_end_comes_to_a_stand_before_the_quick_stop() {
     rig.enable();
     let end = rig.at().map(|counts| counts + 80);
     let mut enabled = 0;
-    while rig.drives.phase() != Phase::Ended {
+    while rig.drives.phase() != BringUpPhase::Ended {
         let commands = rig.cycle(Aim::Finish(end));
         enabled += u32::from(commands[0].controlword == control::ENABLE_OPERATION);
         assert!(enabled < 100);
@@ -156,7 +156,7 @@ fn a_drive_that_never_comes_up_is_named_in_time() {
         rig.cycle(Aim::Follow(at));
         rig.reports[1].statusword = 0x40;
     }
-    assert_eq!(rig.drives.phase(), Phase::Tripped(Trip::NotEnabled(1)));
+    assert_eq!(rig.drives.phase(), BringUpPhase::Tripped(Trip::NotEnabled(1)));
 }
 
 #[test]
@@ -169,7 +169,7 @@ fn torque_comes_on_in_no_other_mode() {
     rig.enable();
     rig.reports[0].mode = Some(1);
     rig.cycle(Aim::Follow(at));
-    assert_eq!(rig.drives.phase(), Phase::Tripped(Trip::Mode(0)));
+    assert_eq!(rig.drives.phase(), BringUpPhase::Tripped(Trip::Mode(0)));
 }
 
 fn arbitrary_report() -> impl Strategy<Value = Report> {
@@ -207,7 +207,7 @@ proptest! {
     #[test]
     fn no_reports_make_a_target_jump_while_enabled(cycles in mixed()) {
         let mut rig = Rig::new(2);
-        let mut before: Option<[Command; AXES]> = None;
+        let mut before: Option<[ServoCommand; AXES]> = None;
         for cycle in cycles {
             let aim = match cycle {
                 Some((aim, reports)) => {
@@ -219,7 +219,7 @@ proptest! {
             let positions = rig.at();
             let commands = rig.cycle(aim);
             for i in 0..2 {
-                let enabled = |command: &Command| command.controlword == control::ENABLE_OPERATION;
+                let enabled = |command: &ServoCommand| command.controlword == control::ENABLE_OPERATION;
                 if enabled(&commands[i]) {
                     match before.filter(|before| enabled(&before[i])) {
                         Some(before) => prop_assert!(commands[i].target.abs_diff(before[i].target) <= 100),

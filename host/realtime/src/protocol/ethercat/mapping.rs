@@ -44,7 +44,7 @@ pub mod object {
 
 /// An entry of a PDO mapping object (0x1600.., 0x1A00..): index, subindex and length in one word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Entry {
+pub struct PdoEntry {
     /// Index of the object; 0 in a gap.
     pub index: u16,
     /// Its subindex.
@@ -53,7 +53,7 @@ pub struct Entry {
     pub bits: u8,
 }
 
-impl Entry {
+impl PdoEntry {
     /// From the word of the mapping object.
     pub fn from_word(word: u32) -> Self {
         Self { index: (word >> 16) as u16, subindex: (word >> 8) as u8, bits: word as u8 }
@@ -122,7 +122,7 @@ const MAX_BITS: usize = 64 * 8;
 
 /// Where the outputs of a drive lie \[byte\].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Outputs {
+pub struct DriveOutputs {
     /// Controlword.
     pub controlword: usize,
     /// Target position.
@@ -135,7 +135,7 @@ pub struct Outputs {
 
 /// Where the inputs of a drive lie \[byte\].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Inputs {
+pub struct DriveInputs {
     /// Statusword.
     pub statusword: usize,
     /// Position actual value.
@@ -171,19 +171,19 @@ pub struct Report {
 
 /// What a drive is told in a cycle, as on the wire.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Command {
+pub struct ServoCommand {
     /// Controlword.
     pub controlword: u16,
     /// Target position \[counts\].
     pub target: i32,
 }
 
-impl Outputs {
+impl DriveOutputs {
     /// Finds the objects in the mapped entries, in the order of their assignment.
     ///
     /// # Errors
     /// If controlword or target position are missing, or an object lies across bytes.
-    pub fn find(entries: &[Entry]) -> Result<Self, Unusable> {
+    pub fn find(entries: &[PdoEntry]) -> Result<Self, Unusable> {
         Ok(Self {
             controlword: required(entries, object::CONTROLWORD, 16)?,
             target: required(entries, object::TARGET_POSITION, 32)?,
@@ -193,7 +193,7 @@ impl Outputs {
     }
 
     /// Writes a command; `false` if the outputs are shorter than mapped.
-    pub fn write(&self, bytes: &mut [u8], command: &Command, mode: i8) -> bool {
+    pub fn write(&self, bytes: &mut [u8], command: &ServoCommand, mode: i8) -> bool {
         let mut put =
             |at: usize, value: &[u8]| bytes.get_mut(at..at + value.len()).map(|to| to.copy_from_slice(value)).is_some();
         put(self.controlword, &command.controlword.to_le_bytes())
@@ -202,12 +202,12 @@ impl Outputs {
     }
 }
 
-impl Inputs {
+impl DriveInputs {
     /// Finds the objects in the mapped entries, in the order of their assignment.
     ///
     /// # Errors
     /// If statusword or actual position are missing, or an object lies across bytes.
-    pub fn find(entries: &[Entry]) -> Result<Self, Unusable> {
+    pub fn find(entries: &[PdoEntry]) -> Result<Self, Unusable> {
         Ok(Self {
             statusword: required(entries, object::STATUSWORD, 16)?,
             position: required(entries, object::POSITION, 32)?,
@@ -236,12 +236,12 @@ fn bytes_at<const N: usize>(bytes: &[u8], at: usize) -> Option<[u8; N]> {
     bytes.get(at..at.checked_add(N)?)?.try_into().ok()
 }
 
-fn required(entries: &[Entry], index: u16, bits: u8) -> Result<usize, Unusable> {
+fn required(entries: &[PdoEntry], index: u16, bits: u8) -> Result<usize, Unusable> {
     optional(entries, index, bits)?.ok_or(Unusable::Missing(index))
 }
 
 /// Byte at which an object lies, if it is mapped.
-fn optional(entries: &[Entry], index: u16, bits: u8) -> Result<Option<usize>, Unusable> {
+fn optional(entries: &[PdoEntry], index: u16, bits: u8) -> Result<Option<usize>, Unusable> {
     let Some(place) = entries.iter().position(|entry| entry.index == index && entry.subindex == 0) else {
         return Ok(None);
     };
@@ -255,7 +255,7 @@ fn optional(entries: &[Entry], index: u16, bits: u8) -> Result<Option<usize>, Un
     }
 }
 
-fn length(entries: &[Entry]) -> Result<usize, Unusable> {
+fn length(entries: &[PdoEntry]) -> Result<usize, Unusable> {
     let bits: usize = entries.iter().map(|entry| usize::from(entry.bits)).sum();
     if bits > MAX_BITS { Err(Unusable::TooLong(bits)) } else { Ok(bits.div_ceil(8)) }
 }

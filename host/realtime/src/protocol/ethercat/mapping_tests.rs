@@ -3,15 +3,15 @@
 use super::*;
 use proptest::prelude::*;
 
-fn entries(words: &[u32]) -> Vec<Entry> {
-    words.iter().map(|word| Entry::from_word(*word)).collect()
+fn entries(words: &[u32]) -> Vec<PdoEntry> {
+    words.iter().map(|word| PdoEntry::from_word(*word)).collect()
 }
 
 #[test]
 fn a_usual_mapping_is_found() {
-    let outputs = Outputs::find(&entries(&[0x6040_0010, 0x607A_0020, 0x60FF_0020, 0x6060_0008])).unwrap();
-    assert_eq!(outputs, Outputs { controlword: 0, target: 2, mode: Some(10), length: 11 });
-    let inputs = Inputs::find(&entries(&[0x6041_0010, 0x6064_0020, 0x606C_0020, 0x6061_0008])).unwrap();
+    let outputs = DriveOutputs::find(&entries(&[0x6040_0010, 0x607A_0020, 0x60FF_0020, 0x6060_0008])).unwrap();
+    assert_eq!(outputs, DriveOutputs { controlword: 0, target: 2, mode: Some(10), length: 11 });
+    let inputs = DriveInputs::find(&entries(&[0x6041_0010, 0x6064_0020, 0x606C_0020, 0x6061_0008])).unwrap();
     let none = (inputs.torque, inputs.error);
     assert_eq!(
         (inputs.statusword, inputs.position, inputs.velocity, inputs.mode, inputs.length),
@@ -23,33 +23,33 @@ fn a_usual_mapping_is_found() {
 #[test]
 fn another_order_and_gaps_are_followed() {
     // A gap of one byte has the index 0.
-    let outputs = Outputs::find(&entries(&[0x6060_0008, 0x0000_0008, 0x607A_0020, 0x6040_0010])).unwrap();
-    assert_eq!(outputs, Outputs { controlword: 6, target: 2, mode: Some(0), length: 8 });
-    let inputs = Inputs::find(&entries(&[0x603F_0010, 0x6077_0010, 0x6064_0020, 0x6041_0010])).unwrap();
+    let outputs = DriveOutputs::find(&entries(&[0x6060_0008, 0x0000_0008, 0x607A_0020, 0x6040_0010])).unwrap();
+    assert_eq!(outputs, DriveOutputs { controlword: 6, target: 2, mode: Some(0), length: 8 });
+    let inputs = DriveInputs::find(&entries(&[0x603F_0010, 0x6077_0010, 0x6064_0020, 0x6041_0010])).unwrap();
     assert_eq!((inputs.error, inputs.torque, inputs.position, inputs.statusword), (Some(0), Some(2), 4, 8));
 }
 
 #[test]
 fn refusals_name_the_object() {
-    let text = |words: &[u32]| Outputs::find(&entries(words)).unwrap_err().to_string();
+    let text = |words: &[u32]| DriveOutputs::find(&entries(words)).unwrap_err().to_string();
     assert_eq!(
         text(&[0x6040_0010, 0x60FF_0020]),
         "object 607A (target position) is not mapped in its outputs: choose a PDO with it in 1C12"
     );
     assert!(text(&[0x6040_0010, 0x607A_0010]).contains("607A (target position) is mapped with 16 bit instead of 32"));
     assert!(text(&[0x60FE_0101, 0x6040_0010, 0x607A_0020]).contains("6040 (controlword) does not begin at a byte"));
-    assert!(Inputs::find(&[]).unwrap_err().to_string().contains("6041 (statusword) is not mapped in its inputs"));
-    assert!(Inputs::find(&entries(&[0x6041_0010])).unwrap_err().to_string().contains("6064"));
+    assert!(DriveInputs::find(&[]).unwrap_err().to_string().contains("6041 (statusword) is not mapped in its inputs"));
+    assert!(DriveInputs::find(&entries(&[0x6041_0010])).unwrap_err().to_string().contains("6064"));
 }
 
 #[test]
 fn commands_and_reports_stand_at_their_bytes() {
-    let outputs = Outputs::find(&entries(&[0x6040_0010, 0x607A_0020, 0x6060_0008])).unwrap();
+    let outputs = DriveOutputs::find(&entries(&[0x6040_0010, 0x607A_0020, 0x6060_0008])).unwrap();
     let mut bytes = [0u8; 7];
-    assert!(outputs.write(&mut bytes, &Command { controlword: 0x0F, target: -2 }, 8));
+    assert!(outputs.write(&mut bytes, &ServoCommand { controlword: 0x0F, target: -2 }, 8));
     assert_eq!(bytes, [0x0F, 0, 0xFE, 0xFF, 0xFF, 0xFF, 8]);
-    assert!(!outputs.write(&mut bytes[..6], &Command::default(), 8));
-    let inputs = Inputs::find(&entries(&[0x6041_0010, 0x6064_0020, 0x6077_0010])).unwrap();
+    assert!(!outputs.write(&mut bytes[..6], &ServoCommand::default(), 8));
+    let inputs = DriveInputs::find(&entries(&[0x6041_0010, 0x6064_0020, 0x6077_0010])).unwrap();
     let report = inputs.read(&[0x37, 0x02, 1, 0, 0, 0, 0xFF, 0xFF]).unwrap();
     assert_eq!((report.statusword, report.position, report.torque, report.velocity), (0x0237, 1, Some(-1), None));
     assert_eq!(inputs.read(&[0; 5]), None);
@@ -64,12 +64,12 @@ proptest! {
         )
     ) {
         let entries = entries(&words);
-        if let Ok(outputs) = Outputs::find(&entries) {
+        if let Ok(outputs) = DriveOutputs::find(&entries) {
             let mut bytes = vec![0; outputs.length];
-            let all = Command { controlword: 0xFFFF, target: -1 };
+            let all = ServoCommand { controlword: 0xFFFF, target: -1 };
             prop_assert!(outputs.write(&mut bytes, &all, -1));
         }
-        if let Ok(inputs) = Inputs::find(&entries) {
+        if let Ok(inputs) = DriveInputs::find(&entries) {
             prop_assert!(inputs.read(&vec![0; inputs.length]).is_some());
         }
         prop_assert!(entries.iter().zip(&words).all(|(entry, word)| entry.to_word() == *word));
@@ -77,7 +77,7 @@ proptest! {
 
     #[test]
     fn arbitrary_inputs_never_panic(bytes in prop::collection::vec(any::<u8>(), 0..20)) {
-        let inputs = Inputs::find(&entries(&[0x6041_0010, 0x6064_0020, 0x606C_0020, 0x6077_0010])).unwrap();
+        let inputs = DriveInputs::find(&entries(&[0x6041_0010, 0x6064_0020, 0x606C_0020, 0x6077_0010])).unwrap();
         prop_assert_eq!(inputs.read(&bytes).is_some(), bytes.len() >= 6);
     }
 }

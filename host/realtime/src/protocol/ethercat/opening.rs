@@ -3,7 +3,7 @@
 use super::bus::{DEVICES, Group, IMAGE, Operating, Place, read_group, transfer, write_group};
 use super::cia402::{control, mode};
 use super::config::{AxisConfig, EtherCatConfig, OpenError};
-use super::mapping::{Command, Entry, Inputs, Outputs, Report, object};
+use super::mapping::{DriveInputs, DriveOutputs, PdoEntry, Report, ServoCommand, object};
 use super::pump::Pump;
 use super::raw::RawSocket;
 use super::watchdog::{self, StopOptions, Watchdog};
@@ -76,8 +76,8 @@ fn timeouts() -> Timeouts {
 /// What a drive says of itself.
 struct Facts {
     name: String,
-    outputs: Vec<Entry>,
-    inputs: Vec<Entry>,
+    outputs: Vec<PdoEntry>,
+    inputs: Vec<PdoEntry>,
     modes: Option<u32>,
     clocks: bool,
     stops: StopOptions,
@@ -260,8 +260,8 @@ fn judge(station: usize, name: &str, found: Watchdog, config: &EtherCatConfig) -
     flaw.map_or(Ok(()), |flaw| Err(OpenError::Drive(station, name.to_owned(), flaw)))
 }
 
-fn at_rest(report: Report) -> Command {
-    Command { controlword: control::DISABLE_VOLTAGE, target: report.position }
+fn at_rest(report: Report) -> ServoCommand {
+    ServoCommand { controlword: control::DISABLE_VOLTAGE, target: report.position }
 }
 
 /// The axes in use with their numbers from 0.
@@ -281,8 +281,8 @@ fn place(station: usize, facts: &Facts) -> Result<Place, OpenError> {
     if let Some(flaw) = facts.stops.flaw() {
         return Err(OpenError::Drive(station, facts.name.clone(), flaw.to_owned()));
     }
-    let outputs = Outputs::find(&facts.outputs).map_err(refuse)?;
-    let inputs = Inputs::find(&facts.inputs).map_err(refuse)?;
+    let outputs = DriveOutputs::find(&facts.outputs).map_err(refuse)?;
+    let inputs = DriveInputs::find(&facts.inputs).map_err(refuse)?;
     Ok(Place { station, outputs, inputs, stops: facts.stops })
 }
 
@@ -302,12 +302,12 @@ async fn facts(device: &Device<'_>) -> Result<Facts, Error> {
 }
 
 /// All mapped entries of the PDOs assigned to one direction, in their order.
-async fn entries(device: &Device<'_>, assignment: u16) -> Result<Vec<Entry>, Error> {
+async fn entries(device: &Device<'_>, assignment: u16) -> Result<Vec<PdoEntry>, Error> {
     let mut entries = Vec::new();
     for i in 1..=device.sdo_read::<u8>(assignment, 0).await? {
         let pdo = device.sdo_read::<u16>(assignment, i).await?;
         for j in 1..=device.sdo_read::<u8>(pdo, 0).await? {
-            entries.push(Entry::from_word(device.sdo_read::<u32>(pdo, j).await?));
+            entries.push(PdoEntry::from_word(device.sdo_read::<u32>(pdo, j).await?));
         }
     }
     Ok(entries)

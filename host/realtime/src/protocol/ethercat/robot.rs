@@ -2,12 +2,12 @@
 
 use super::bus::{Bus, Exchange};
 use super::config::{EtherCatConfig, OpenError};
-use super::drives::{Aim, Drives, Phase, Trip};
+use super::drives::{Aim, BringUpPhase, Drives, Trip};
 use super::mapping::Report;
 use super::scale::AxisScale;
 use super::watchdog::StopOptions;
 use crate::clock::{Clock, Monotonic};
-use crate::signals::{AXES, Capabilities, LinkCounters, LinkFault, Order, Robot, RobotState};
+use crate::signals::{AXES, Capabilities, LinkCounters, LinkFault, Order, RobotLink, RobotState};
 use crate::time::Nanos;
 
 /// Share of its distance to the middle between two SYNC0 that the cycle makes up at once, and at most so much of it.
@@ -26,7 +26,7 @@ struct Axis {
 
 /// Six axes and a rail on EtherCAT, in cyclic synchronous position.
 ///
-/// The cycle is ours: [`Robot::receive`] waits for an absolute time, exchanges the process data with the targets last
+/// The cycle is ours: [`RobotLink::receive`] waits for an absolute time, exchanges the process data with the targets last
 /// given, and reports what has come back. An answer to a report thus leaves with the next cycle's frame. A frame that
 /// is not back in time, or whose working counter shows that a drive has not taken part, makes a lost cycle: counted
 /// in `lost`, not reported, the targets stay. Cycles for which nobody asked in time count in `unsent`; cycles that
@@ -83,7 +83,7 @@ impl EtherCatRobot {
     }
 
     /// Where the drives stand.
-    pub fn phase(&self) -> Phase {
+    pub fn phase(&self) -> BringUpPhase {
         self.drives.phase()
     }
 
@@ -123,7 +123,7 @@ impl EtherCatRobot {
 
     /// Why the drives are off, with the number of the axis from 0, if they have tripped.
     pub fn trip(&self) -> Option<(usize, &'static str)> {
-        let Phase::Tripped(trip) = self.drives.phase() else { return None };
+        let BringUpPhase::Tripped(trip) = self.drives.phase() else { return None };
         let (Trip::Drive(drive) | Trip::Mode(drive) | Trip::NotEnabled(drive) | Trip::Jump(drive)) = trip;
         Some((self.axes.get(drive).map_or(drive, |axis| axis.number), trip.text()))
     }
@@ -211,7 +211,7 @@ impl EtherCatRobot {
     }
 }
 
-impl Robot for EtherCatRobot {
+impl RobotLink for EtherCatRobot {
     fn capabilities(&self) -> Capabilities {
         Capabilities {
             cycle: self.config.cycle,
@@ -267,7 +267,7 @@ impl Drop for EtherCatRobot {
             Monotonic.sleep_until(self.due);
             self.command();
             let failed = self.exchange().is_err();
-            let over = !matches!(self.drives.phase(), Phase::Finishing(..)) && self.drives.off(&self.reports);
+            let over = !matches!(self.drives.phase(), BringUpPhase::Finishing(..)) && self.drives.off(&self.reports);
             if failed || over || Monotonic.now() >= until {
                 break;
             }

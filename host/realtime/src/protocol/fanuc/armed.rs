@@ -2,7 +2,7 @@
 
 use super::driver::FanucRobot;
 use super::rmi::{RmiError, RmiSession};
-use crate::signals::{Capabilities, LinkCounters, LinkFault, Order, Robot, RobotState};
+use crate::signals::{Capabilities, LinkCounters, LinkFault, Order, RobotLink, RobotState};
 use crate::time::Nanos;
 use crate::wire::Port;
 use std::net::SocketAddr;
@@ -74,7 +74,7 @@ fn wait<P: Port>(
     Ok(false)
 }
 
-impl<P: Port> Robot for ArmedFanuc<P> {
+impl<P: Port> RobotLink for ArmedFanuc<P> {
     fn capabilities(&self) -> Capabilities {
         self.robot.capabilities()
     }
@@ -98,7 +98,7 @@ mod tests {
     use super::super::rmi_server::RmiServer;
     use super::*;
     use crate::clock::{Clock, Monotonic};
-    use crate::protocol::Controller;
+    use crate::protocol::EmulatedController;
     use crate::protocol::link::AT_ONCE;
     use crate::protocol::memory::state_at;
     use crate::signals::AXES;

@@ -1,8 +1,8 @@
 //! The emulated FANUC controller: Stream Motion as a strict one speaks it.
 
-use super::packets::{BASE_VERSION, Capability, Reply, Request, Status, WIRE_AXES};
+use super::packets::{BASE_VERSION, Capability, FanucReply, FanucRequest, FanucStatus, WIRE_AXES};
 use crate::protocol::link::progress;
-use crate::protocol::{Controller, Line, Outbox, attitude};
+use crate::protocol::{EmulatedController, Line, Outbox, attitude};
 use crate::signals::{AXES, RAIL, RobotState};
 use crate::time::Nanos;
 use std::net::SocketAddr;
@@ -184,7 +184,7 @@ impl FanucController {
     }
 }
 
-impl Controller for FanucController {
+impl EmulatedController for FanucController {
     fn cycle(&self) -> Nanos {
         self.cycle
     }
@@ -197,18 +197,19 @@ impl Controller for FanucController {
         if self.client == Some(from) {
             self.heard = now;
         }
-        match Request::read(datagram) {
-            Some(Request::Capability) => {
+        match FanucRequest::read(datagram) {
+            Some(FanucRequest::Capability) => {
                 let period_ms = (self.cycle.0 / 1_000_000) as u32;
-                let reply = Reply::Capability(Capability { period_ms, version: self.version });
+                let reply = FanucReply::Capability(Capability { period_ms, version: self.version });
                 out(from, reply.packet().as_bytes());
             }
-            Some(Request::Start(version)) if self.may_start(from, now) => {
+            Some(FanucRequest::Start(version)) if self.may_start(from, now) => {
                 (self.client, self.heard) = (Some(from), now);
                 self.start(version);
             }
-            Some(Request::Stop) if self.client == Some(from) => self.streaming = None,
-            Some(Request::Command(command)) if self.client == Some(from) && self.follows() => match self.streaming {
+            Some(FanucRequest::Stop) if self.client == Some(from) => self.streaming = None,
+            Some(FanucRequest::Command(command)) if self.client == Some(from) && self.follows() => match self.streaming
+            {
                 Some(version) if version == command.version => {
                     self.command(command.sequence, &command.joints, command.last);
                 }
@@ -237,7 +238,7 @@ impl Controller for FanucController {
         }
         self.sequence = self.sequence.wrapping_add(1);
         let status = report(version, self.sequence, self.follows(), self.robot_status(), now, state);
-        out(client, Reply::Status(status).packet().as_bytes());
+        out(client, FanucReply::Status(status).packet().as_bytes());
     }
 
     fn fault(&self) -> Option<&'static str> {
@@ -256,7 +257,7 @@ impl Controller for FanucController {
 }
 
 /// The status of a cycle.
-fn report(version: u32, sequence: u32, waits: bool, robot_status: u8, now: Nanos, state: &RobotState) -> Status {
+fn report(version: u32, sequence: u32, waits: bool, robot_status: u8, now: Nanos, state: &RobotState) -> FanucStatus {
     let mut joints = [0.0; WIRE_AXES];
     for (angle, radians) in joints.iter_mut().zip(&state.position[..RAIL]) {
         *angle = radians.to_degrees() as f32;
@@ -267,7 +268,7 @@ fn report(version: u32, sequence: u32, waits: bool, robot_status: u8, now: Nanos
         let position = told.position.map(|metres| (metres * 1e3) as f32);
         pose[..6].copy_from_slice(&[position.x, position.y, position.z, w, p, r]);
     }
-    Status {
+    FanucStatus {
         version,
         sequence,
         status: u8::from(waits),

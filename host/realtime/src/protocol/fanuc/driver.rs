@@ -1,9 +1,9 @@
 //! Our side of Stream Motion: a six-axis robot whose controller gives the beat and takes joint targets.
 
-use super::packets::{BASE_VERSION, Capability, Command, Reply, Request, Status, WIRE_AXES};
+use super::packets::{BASE_VERSION, Capability, FanucCommand, FanucReply, FanucRequest, FanucStatus, WIRE_AXES};
 use crate::protocol::attitude;
 use crate::protocol::link::{self, Peer, Succession};
-use crate::signals::{AXES, Capabilities, LinkCounters, LinkFault, Order, RAIL, Robot, RobotState, plausible};
+use crate::signals::{AXES, Capabilities, LinkCounters, LinkFault, Order, RAIL, RobotLink, RobotState, plausible};
 use crate::time::Nanos;
 use crate::wire::Port;
 use softdock_kernels::vector::{Pose, vec3};
@@ -46,7 +46,7 @@ enum Phase {
 /// What the stream has seen.
 #[derive(Clone, Copy, Debug, Default)]
 struct Session {
-    last: Option<Status>,
+    last: Option<FanucStatus>,
     /// How far the messages have come.
     succession: Succession,
     /// Targets that it was last told \[rad\].
@@ -60,7 +60,7 @@ struct Session {
 
 impl<P: Port> FanucRobot<P> {
     /// Begins a session with the controller: its Stream Motion address, and the period that its commands must have.
-    /// [`Robot::receive`] carries the handshake on until status comes.
+    /// [`RobotLink::receive`] carries the handshake on until status comes.
     ///
     /// # Errors
     /// If the network interface fails.
@@ -78,8 +78,8 @@ impl<P: Port> FanucRobot<P> {
             session: Session::default(),
         };
         // A stream that an earlier client has left behind.
-        robot.request(&Request::Stop)?;
-        robot.request(&Request::Capability)?;
+        robot.request(&FanucRequest::Stop)?;
+        robot.request(&FanucRequest::Capability)?;
         Ok(robot)
     }
 
@@ -94,7 +94,7 @@ impl<P: Port> FanucRobot<P> {
         self.port.now()
     }
 
-    fn request(&mut self, request: &Request) -> Result<(), LinkFault> {
+    fn request(&mut self, request: &FanucRequest) -> Result<(), LinkFault> {
         self.port.send(request.packet().as_bytes(), self.controller)?;
         Ok(())
     }
@@ -106,8 +106,8 @@ impl<P: Port> FanucRobot<P> {
             return Ok(());
         }
         let request = match self.phase {
-            Phase::Asked => Request::Capability,
-            Phase::Started(version) => Request::Start(version),
+            Phase::Asked => FanucRequest::Capability,
+            Phase::Started(version) => FanucRequest::Start(version),
             Phase::Streaming(_) => return Ok(()),
         };
         self.requested = now;
@@ -123,7 +123,7 @@ impl<P: Port> FanucRobot<P> {
         }
         self.phase = Phase::Started(capability.version);
         self.requested = self.port.now();
-        self.request(&Request::Start(capability.version))
+        self.request(&FanucRequest::Start(capability.version))
     }
 
     fn command(&mut self, sequence: u32, target: [f64; AXES], last: bool) -> Result<(), LinkFault> {
@@ -134,7 +134,7 @@ impl<P: Port> FanucRobot<P> {
         for (angle, radians) in joints.iter_mut().zip(&target[..RAIL]) {
             *angle = radians.to_degrees();
         }
-        self.request(&Request::Command(Command { version, sequence, last, joints }))?;
+        self.request(&FanucRequest::Command(FanucCommand { version, sequence, last, joints }))?;
         self.session.asked = Some(target);
         self.session.commanded = Some((sequence, self.port.now()));
         self.session.ended |= last;
@@ -146,7 +146,7 @@ impl<P: Port> FanucRobot<P> {
 fn take(
     session: &mut Session,
     counters: &mut LinkCounters,
-    status: Status,
+    status: FanucStatus,
     now: Nanos,
     ready: bool,
 ) -> Option<RobotState> {
@@ -177,7 +177,7 @@ fn take(
     })
 }
 
-impl<P: Port> Robot for FanucRobot<P> {
+impl<P: Port> RobotLink for FanucRobot<P> {
     fn capabilities(&self) -> Capabilities {
         Capabilities { cycle: self.cycle, master: true, rail: false, torque: false, pose: true }
     }
@@ -192,12 +192,12 @@ impl<P: Port> Robot for FanucRobot<P> {
                 return None;
             }
             counters.received += 1;
-            match (Reply::read(datagram), phase_now) {
-                (Some(Reply::Capability(told)), Phase::Asked) => {
+            match (FanucReply::read(datagram), phase_now) {
+                (Some(FanucReply::Capability(told)), Phase::Asked) => {
                     capability = Some(told);
                     None
                 }
-                (Some(Reply::Status(status)), Phase::Started(version) | Phase::Streaming(version)) => {
+                (Some(FanucReply::Status(status)), Phase::Started(version) | Phase::Streaming(version)) => {
                     phase_now = Phase::Streaming(version);
                     let ready = if *watched { status.is_sound() } else { status.is_ready() };
                     take(session, counters, status, now, ready)
@@ -221,7 +221,7 @@ impl<P: Port> Robot for FanucRobot<P> {
             self.retry()?;
             return Ok(None);
         };
-        let waits = self.session.last.filter(Status::waits_for_commands);
+        let waits = self.session.last.filter(FanucStatus::waits_for_commands);
         self.counters.overtaken += taken - 1;
         self.counters.unsent += if waits.is_some() { taken - 1 } else { 0 } + u64::from(self.session.pending.is_some());
         self.session.pending = waits.map(|status| (status.sequence, state.received + self.cycle - MARGIN));
@@ -276,6 +276,6 @@ impl<P: Port> Drop for FanucRobot<P> {
         {
             let _ = self.command(sequence.wrapping_add(1), asked, true);
         }
-        let _ = self.request(&Request::Stop);
+        let _ = self.request(&FanucRequest::Stop);
     }
 }

@@ -79,7 +79,7 @@ impl Words<'_> {
 
 /// What a client sends.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Request {
+pub enum FanucRequest {
     /// End the stream.
     Stop,
     /// Tell version and rate.
@@ -87,12 +87,12 @@ pub enum Request {
     /// Begin the stream, in this version.
     Start(u32),
     /// Follow.
-    Command(Command),
+    Command(FanucCommand),
 }
 
 /// Joint targets of a cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Command {
+pub struct FanucCommand {
     /// Negotiated version.
     pub version: u32,
     /// Number of the status that is answered.
@@ -103,7 +103,7 @@ pub struct Command {
     pub joints: [f64; WIRE_AXES],
 }
 
-impl Request {
+impl FanucRequest {
     /// The packet.
     pub fn packet(&self) -> Packet {
         match self {
@@ -136,7 +136,7 @@ impl Request {
                     && u16::from_be_bytes(words.at(14)) == STYLE_JOINTS
                     && joints.iter().all(|angle: &f64| angle.is_finite());
                 let (version, sequence) = (words.u32(4), words.u32(8));
-                usable.then_some(Self::Command(Command { version, sequence, last: last != 0, joints }))
+                usable.then_some(Self::Command(FanucCommand { version, sequence, last: last != 0, joints }))
             }
             _ => None,
         }
@@ -145,11 +145,11 @@ impl Request {
 
 /// What a controller sends.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Reply {
+pub enum FanucReply {
     /// What it can do.
     Capability(Capability),
     /// Its state.
-    Status(Status),
+    Status(FanucStatus),
 }
 
 /// What a controller can do.
@@ -163,7 +163,7 @@ pub struct Capability {
 
 /// A controller's state.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Status {
+pub struct FanucStatus {
     /// Negotiated version: 4 and up carry the force block.
     pub version: u32,
     /// Count of status packets.
@@ -188,7 +188,7 @@ pub struct Status {
     pub force: Option<[f32; 6]>,
 }
 
-impl Status {
+impl FanucStatus {
     /// It waits for commands and follows them: no error, no stop.
     pub fn is_ready(&self) -> bool {
         self.waits_for_commands() && self.is_sound()
@@ -205,7 +205,7 @@ impl Status {
     }
 }
 
-impl Reply {
+impl FanucReply {
     /// The packet.
     pub fn packet(&self) -> Packet {
         match self {
@@ -243,10 +243,10 @@ impl Reply {
     }
 }
 
-fn read_status(words: &Words, force: Option<[f32; 6]>) -> Status {
+fn read_status(words: &Words, force: Option<[f32; 6]>) -> FanucStatus {
     let [status, robot_status, contact_stop, _] = words.at(12);
     let [safety_scale] = words.f32s(128);
-    Status {
+    FanucStatus {
         version: words.u32(4),
         sequence: words.u32(8),
         status,
@@ -272,9 +272,9 @@ mod tests {
 
     #[test]
     fn golden_requests() {
-        assert_eq!(Request::Stop.packet().as_bytes(), [0, 0, 0, 2, 0, 0, 0, 3]);
-        assert_eq!(Request::Start(4).packet().as_bytes(), [0, 0, 0, 200, 0, 0, 0, 4]);
-        let capability = Request::Capability.packet();
+        assert_eq!(FanucRequest::Stop.packet().as_bytes(), [0, 0, 0, 2, 0, 0, 0, 3]);
+        assert_eq!(FanucRequest::Start(4).packet().as_bytes(), [0, 0, 0, 200, 0, 0, 0, 4]);
+        let capability = FanucRequest::Capability.packet();
         assert_eq!(capability.as_bytes()[..12], [0, 0, 0, 7, 0, 0, 0, 3, 0, 0, 0, 1]);
         assert_eq!(capability.as_bytes()[12..], [0; 16]);
     }
@@ -283,24 +283,24 @@ mod tests {
     fn golden_command() {
         let mut joints = [0.0; WIRE_AXES];
         joints[0] = 1.0;
-        let command = Command { version: 3, sequence: 42, last: true, joints };
-        let packet = Request::Command(command).packet();
+        let command = FanucCommand { version: 3, sequence: 42, last: true, joints };
+        let packet = FanucRequest::Command(command).packet();
         let bytes = packet.as_bytes();
         assert_eq!(bytes.len(), 344);
         assert_eq!(bytes[..16], [0, 0, 0, 201, 0, 0, 0, 3, 0, 0, 0, 42, 1, 1, 0xFF, 0xFF]);
         assert_eq!(bytes[16..24], [0x3F, 0xF0, 0, 0, 0, 0, 0, 0]);
         assert!(bytes[24..].iter().all(|&byte| byte == 0));
-        assert_eq!(Request::read(bytes), Some(Request::Command(command)));
+        assert_eq!(FanucRequest::read(bytes), Some(FanucRequest::Command(command)));
         // A Cartesian command, one of no motion, and one that is not finite are none of ours.
         for (place, value) in [(14, 0), (13, 0), (16, 0x7F)] {
             let mut other = bytes.to_vec();
             other[place] = value;
-            assert_eq!(Request::read(&other), None, "{place}");
+            assert_eq!(FanucRequest::read(&other), None, "{place}");
         }
     }
 
-    fn status(force: Option<[f32; 6]>) -> Status {
-        Status {
+    fn status(force: Option<[f32; 6]>) -> FanucStatus {
+        FanucStatus {
             version: 4,
             sequence: 258,
             status: 9,
@@ -317,31 +317,31 @@ mod tests {
 
     #[test]
     fn golden_status() {
-        let packet = Reply::Status(status(None)).packet();
+        let packet = FanucReply::Status(status(None)).packet();
         let bytes = packet.as_bytes();
         assert_eq!(bytes.len(), 388);
         assert_eq!(bytes[..20], [0, 0, 0, 202, 0, 0, 0, 4, 0, 0, 1, 2, 9, 4, 2, 0, 0, 1, 0, 0]);
         assert_eq!(bytes[60..64], [0x3F, 0x80, 0, 0]);
         assert_eq!(bytes[128..132], [0x3F, 0, 0, 0]);
-        let packet = Reply::Status(status(Some([1.0, 2.0, 3.0, 4.0, 5.0, 6.0]))).packet();
+        let packet = FanucReply::Status(status(Some([1.0, 2.0, 3.0, 4.0, 5.0, 6.0]))).packet();
         let bytes = packet.as_bytes();
         assert_eq!((bytes.len(), bytes[3]), (416, 204));
         assert_eq!(bytes[152..156], [0x40, 0xC0, 0, 0]);
-        assert_eq!(Reply::read(&bytes[..415]), None);
+        assert_eq!(FanucReply::read(&bytes[..415]), None);
     }
 
     proptest! {
         #[test]
         fn status_returns(joints in prop::array::uniform9(-360.0..360.0f32), sequence: u32, time_stamp: u32, force: bool) {
             let force = force.then_some([1.5, -2.5, 3.5, 0.1, 0.2, 0.3]);
-            let reply = Reply::Status(Status { joints, sequence, time_stamp, ..status(force) });
-            prop_assert_eq!(Reply::read(reply.packet().as_bytes()), Some(reply));
+            let reply = FanucReply::Status(FanucStatus { joints, sequence, time_stamp, ..status(force) });
+            prop_assert_eq!(FanucReply::read(reply.packet().as_bytes()), Some(reply));
         }
 
         #[test]
         fn commands_return(joints in prop::array::uniform9(-360.0..360.0f64), sequence: u32, last: bool) {
-            let request = Request::Command(Command { version: 3, sequence, last, joints });
-            prop_assert_eq!(Request::read(request.packet().as_bytes()), Some(request));
+            let request = FanucRequest::Command(FanucCommand { version: 3, sequence, last, joints });
+            prop_assert_eq!(FanucRequest::read(request.packet().as_bytes()), Some(request));
         }
     }
 }

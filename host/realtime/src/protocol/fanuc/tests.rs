@@ -2,10 +2,10 @@
 
 use super::controller::FanucController;
 use super::driver::FanucRobot;
-use super::packets::{Command, Request};
-use crate::protocol::Controller;
+use super::packets::{FanucCommand, FanucRequest};
+use crate::protocol::EmulatedController;
 use crate::protocol::memory::{MemoryPort, local, peer, state_at};
-use crate::signals::{AXES, LinkFault, Order, RAIL, Robot, RobotState};
+use crate::signals::{AXES, LinkFault, Order, RAIL, RobotLink, RobotState};
 use crate::time::Nanos;
 
 const CYCLE: Nanos = Nanos::from_millis(8);
@@ -122,13 +122,13 @@ fn jumps_doubles_and_silence_stop_the_controller() {
         let mut joints = [0.0; 9];
         joints[0] = START[0].to_degrees() + degrees;
         (1..6).for_each(|axis| joints[axis] = START[axis].to_degrees());
-        Request::Command(Command { version: 3, sequence, last: false, joints }).packet()
+        FanucRequest::Command(FanucCommand { version: 3, sequence, last: false, joints }).packet()
     };
     for (case, packets) in
         [vec![command(9, 6.0)], vec![command(9, 1.0), command(9, 1.0)], vec![command(9, 1.0)]].into_iter().enumerate()
     {
         let mut controller = FanucController::new(CYCLE, 3);
-        controller.take(Nanos(0), local(), Request::Start(3).packet().as_bytes(), &mut |_, _| {});
+        controller.take(Nanos(0), local(), FanucRequest::Start(3).packet().as_bytes(), &mut |_, _| {});
         controller.report(Nanos(0), &state_at(START, Nanos(0)), &mut |_, _| {});
         for packet in packets {
             controller.take(Nanos(0), local(), packet.as_bytes(), &mut |_, _| {});
@@ -144,10 +144,10 @@ fn jumps_doubles_and_silence_stop_the_controller() {
 #[test]
 fn one_client_at_a_time_and_a_new_one_after_it() {
     let (one, two) = (local(), peer());
-    let start = Request::Start(3).packet();
+    let start = FanucRequest::Start(3).packet();
     let command = |sequence| {
         let joints = std::array::from_fn(|axis| if axis < RAIL { START[axis].to_degrees() } else { 0.0 });
-        Request::Command(Command { version: 3, sequence, last: false, joints }).packet()
+        FanucRequest::Command(FanucCommand { version: 3, sequence, last: false, joints }).packet()
     };
     let mut controller = FanucController::new(CYCLE, 3);
     let remote = std::sync::Arc::new(super::controller::Remote::default());
@@ -167,7 +167,7 @@ fn one_client_at_a_time_and_a_new_one_after_it() {
         now += CYCLE;
         controller.take(now, one, command(sequence).as_bytes(), &mut |_, _| {});
         controller.take(now, two, start.as_bytes(), &mut |_, _| {});
-        controller.take(now, two, Request::Stop.packet().as_bytes(), &mut |_, _| {});
+        controller.take(now, two, FanucRequest::Stop.packet().as_bytes(), &mut |_, _| {});
         assert_eq!(status(&mut controller, now), Some(one));
     }
     assert!(controller.has_client() && controller.fault().is_none());
@@ -206,8 +206,11 @@ fn dropping_the_driver_ends_the_stream_cleanly() {
     }
     bench.port.sent();
     drop(bench.driver);
-    let sent: Vec<_> = bench.port.sent().iter().map(|(_, packet)| Request::read(packet)).collect();
-    assert!(matches!(sent[..], [Some(Request::Command(Command { last: true, .. })), Some(Request::Stop)]));
+    let sent: Vec<_> = bench.port.sent().iter().map(|(_, packet)| FanucRequest::read(packet)).collect();
+    assert!(matches!(
+        sent[..],
+        [Some(FanucRequest::Command(FanucCommand { last: true, .. })), Some(FanucRequest::Stop)]
+    ));
 }
 
 #[test]

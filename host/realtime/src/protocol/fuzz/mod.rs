@@ -10,18 +10,18 @@ use crate::protocol::egm::driver::EgmRobot;
 use crate::protocol::egm::messages::SensorCommand;
 use crate::protocol::fanuc::controller::FanucController;
 use crate::protocol::fanuc::driver::FanucRobot;
-use crate::protocol::fanuc::packets::Request as FanucRequest;
+use crate::protocol::fanuc::packets::{FanucCommand, FanucRequest};
 use crate::protocol::memory::{MemoryPort, local, peer, state_at};
-use crate::protocol::netft::calibration::Calibration;
+use crate::protocol::netft::calibration::NetFtCalibration;
 use crate::protocol::netft::driver::{NetFt, NetFtSettings, OnSilence};
-use crate::protocol::netft::rdt::{Command, Record, Request};
+use crate::protocol::netft::rdt::{RdtCommand, RdtRecord, RdtRequest};
 use crate::protocol::netft::sensor_box::NetBox;
 use crate::protocol::rsi::codec::Sen;
 use crate::protocol::rsi::controller::{Krc, KrcSettings};
 use crate::protocol::rsi::driver::RsiRobot;
 use crate::protocol::rsi::tags::TagMap;
-use crate::protocol::{Controller, SensorBox};
-use crate::signals::{AXES, ForceSample, ForceSensor, MAX_EFFORT, Order, RAIL, Robot, RobotState, plausible};
+use crate::protocol::{EmulatedController, SensorBox};
+use crate::signals::{AXES, ForceSample, ForceSensor, MAX_EFFORT, Order, RAIL, RobotLink, RobotState, plausible};
 use crate::time::Nanos;
 use mutation::{Random, mutate};
 use softdock_kernels::space::Wrench;
@@ -83,7 +83,7 @@ fn order(state: &RobotState, random: &mut Random) -> Order {
 
 /// Feeds a driver, and checks what comes out of it: `sent` must find every datagram sound.
 fn feed_robot(
-    robot: &mut impl Robot,
+    robot: &mut impl RobotLink,
     port: &MemoryPort,
     datagram: &[u8],
     random: &mut Random,
@@ -104,7 +104,7 @@ fn feed_robot(
 }
 
 /// Makes the messages that a controller sends in its first cycles.
-fn reports(controller: &mut dyn Controller, count: usize) -> Vec<Vec<u8>> {
+fn reports(controller: &mut dyn EmulatedController, count: usize) -> Vec<Vec<u8>> {
     let mut messages = Vec::new();
     for cycle in 0..count {
         let now = controller.cycle() * cycle as i64;
@@ -114,7 +114,7 @@ fn reports(controller: &mut dyn Controller, count: usize) -> Vec<Vec<u8>> {
 }
 
 /// Feeds an emulated controller in a cycle; where it asks its axes to be stays sound. Whether that has changed.
-fn feed_controller(controller: &mut dyn Controller, index: u64, datagram: &[u8]) -> bool {
+fn feed_controller(controller: &mut dyn EmulatedController, index: u64, datagram: &[u8]) -> bool {
     let now = controller.cycle() * index as i64;
     let before = controller.target(now);
     controller.take(now, local(), datagram, &mut |_, _| {});
@@ -171,12 +171,12 @@ fn rsi_answers(count: u64) {
 }
 
 fn net_ft_records(count: u64) {
-    let calibration = Calibration::new(1e6, 1e6).unwrap();
+    let calibration = NetFtCalibration::new(1e6, 1e6).unwrap();
     let settings = NetFtSettings {
         on_silence: OnSilence::Request,
         ..NetFtSettings::new(peer(), calibration, Nanos::from_millis(1))
     };
-    let record = |step: u32| Record { rdt_sequence: step, ft_sequence: 7 * step, status: 0, counts: [1000; 6] };
+    let record = |step: u32| RdtRecord { rdt_sequence: step, ft_sequence: 7 * step, status: 0, counts: [1000; 6] };
     let valid: Vec<_> = (1..20).map(|step| record(step).bytes().to_vec()).collect();
     let port = MemoryPort::default();
     let mut driver = NetFt::start(port.clone(), settings.clone()).unwrap();
@@ -190,20 +190,26 @@ fn net_ft_records(count: u64) {
             let wrench = sample.wrench;
             assert!(wrench.force.norm() < 2.0 * MAX_EFFORT && wrench.moment.norm() < 2.0 * MAX_EFFORT, "{sample:?}");
         }
-        assert!(port.sent().iter().all(|(_, message)| Request::read(message).is_some()));
+        assert!(port.sent().iter().all(|(_, message)| RdtRequest::read(message).is_some()));
         sample.is_some()
     });
 }
 
 fn net_ft_requests(count: u64) {
     let sample = ForceSample::new(Nanos(0), 0, Wrench::zero());
-    let commands = [Command::Stop, Command::Stream, Command::StreamBuffered, Command::Bias, Command::ResetThresholds];
-    let valid: Vec<_> = commands.map(|command| Request { command, count: 3 }.bytes().to_vec()).into();
-    let mut sensor = NetBox::new(Calibration::new(1e6, 1e6).unwrap(), Nanos::from_millis(1));
+    let commands = [
+        RdtCommand::Stop,
+        RdtCommand::Stream,
+        RdtCommand::StreamBuffered,
+        RdtCommand::Bias,
+        RdtCommand::ResetThresholds,
+    ];
+    let valid: Vec<_> = commands.map(|command| RdtRequest { command, count: 3 }.bytes().to_vec()).into();
+    let mut sensor = NetBox::new(NetFtCalibration::new(1e6, 1e6).unwrap(), Nanos::from_millis(1));
     fuzz("Net F/T requests", count, &valid, |_, datagram, _| {
         sensor.take(Nanos(0), local(), datagram, &mut |_, _| {});
         let mut sent = false;
-        sensor.report(Nanos(0), &sample, &mut |_, record| sent = Record::read(record).is_some());
+        sensor.report(Nanos(0), &sample, &mut |_, record| sent = RdtRecord::read(record).is_some());
         sent
     });
 }
@@ -211,10 +217,10 @@ fn net_ft_requests(count: u64) {
 fn net_ft_calibrations(count: u64) {
     let units = [("N", "Nm"), ("lbf", "lbf-in"), ("kN", "kNm")];
     let valid = units.map(|(force, moment)| {
-        Calibration::with_units("Net F/T", 1e6, 2e5, force, moment).unwrap().to_xml().into_bytes()
+        NetFtCalibration::with_units("Net F/T", 1e6, 2e5, force, moment).unwrap().to_xml().into_bytes()
     });
     fuzz("Net F/T calibrations", count, &valid, |_, xml, _| {
-        let calibration = Calibration::from_xml(&String::from_utf8_lossy(xml)).ok();
+        let calibration = NetFtCalibration::from_xml(&String::from_utf8_lossy(xml)).ok();
         let counts = [i32::MAX, i32::MIN, 1, i32::MAX, i32::MIN, -1];
         if let Some(wrench) = calibration.as_ref().and_then(|calibration| calibration.wrench(counts)) {
             assert!(wrench.force.norm() < 2.0 * MAX_EFFORT && wrench.moment.norm() < 2.0 * MAX_EFFORT);
@@ -262,7 +268,7 @@ fn fanuc_requests(count: u64) {
     let command = |sequence| {
         let mut joints: [f64; 9] = joints;
         joints[0] += 0.1 * f64::from(sequence);
-        let command = crate::protocol::fanuc::packets::Command { version: 3, sequence, last: sequence == 9, joints };
+        let command = FanucCommand { version: 3, sequence, last: sequence == 9, joints };
         FanucRequest::Command(command)
     };
     let mut valid: Vec<_> = (1..20).map(|sequence| command(sequence).packet().as_bytes().to_vec()).collect();

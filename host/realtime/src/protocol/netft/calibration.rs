@@ -36,7 +36,7 @@ const MOMENT_UNITS: [(&str, f64); 13] = [
 
 /// How counts become newtons and newton metres.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Calibration {
+pub struct NetFtCalibration {
     /// Name of the product, as the box tells it.
     pub product: String,
     /// Serial number of the calibration, which is that of the sensor (`cfgcalsn`), where the box states it.
@@ -81,7 +81,7 @@ pub enum CalibrationError {
     },
 }
 
-impl Calibration {
+impl NetFtCalibration {
     /// A calibration in N and N m.
     ///
     /// # Errors
@@ -224,7 +224,7 @@ mod tests {
 
     #[test]
     fn units_of_the_box_become_si() {
-        let calibration = Calibration::from_xml(XML).unwrap();
+        let calibration = NetFtCalibration::from_xml(XML).unwrap();
         assert_eq!(calibration.product, "Gamma");
         let wrench = calibration.wrench([2_000_000, 0, -1_000_000, 3_000_000, 0, 0]).unwrap();
         assert!((wrench.force.x - 8.896_443_230_521).abs() < 1e-12);
@@ -237,14 +237,14 @@ mod tests {
         let more =
             "<cfgcalsn>FT27462</cfgcalsn><cfgtfx>0;0;132.710;0;0;0</cfgtfx><cfgmr>330;330;990;30;30;30</cfgmr></netft>";
         let xml = XML.replace("lbf-in", "Nm").replace("lbf", "N").replace("</netft>", more);
-        let calibration = Calibration::from_xml(&xml).unwrap();
+        let calibration = NetFtCalibration::from_xml(&xml).unwrap();
         assert_eq!(calibration.serial.as_deref(), Some("FT27462"));
         assert!(calibration.is_transformed());
         let [force, moment] = calibration.range().unwrap();
         assert!((force - 330.0).abs() < 1e-9 && (moment - 30.0).abs() < 1e-9, "{force} {moment}");
-        let plain = Calibration::from_xml(&xml.replace("132.710", "0")).unwrap();
+        let plain = NetFtCalibration::from_xml(&xml.replace("132.710", "0")).unwrap();
         assert!(!plain.is_transformed());
-        assert!(!Calibration::from_xml(XML).unwrap().is_transformed(), "old firmware has no such field");
+        assert!(!NetFtCalibration::from_xml(XML).unwrap().is_transformed(), "old firmware has no such field");
     }
 
     #[test]
@@ -262,22 +262,22 @@ mod tests {
             (">lbf<", ">dyn<"),
             ("1e6", "<b>1e6</b>"),
         ] {
-            assert!(Calibration::from_xml(&XML.replacen(good, bad, 1)).is_err(), "{bad}");
+            assert!(NetFtCalibration::from_xml(&XML.replacen(good, bad, 1)).is_err(), "{bad}");
         }
-        assert!(Calibration::from_xml(&XML.replace("prodname", "name")).is_ok());
+        assert!(NetFtCalibration::from_xml(&XML.replace("prodname", "name")).is_ok());
     }
 
     proptest! {
         #[test]
         fn the_emulated_boxs_file_returns(force in 1.0..1e7f64, moment in 1.0..1e7f64, unit in 0..8usize) {
             let unit = FORCE_UNITS[unit].0;
-            let calibration = Calibration::with_units("Omega", force, moment, unit, "N-mm").unwrap();
-            prop_assert_eq!(Calibration::from_xml(&calibration.to_xml()), Ok(calibration));
+            let calibration = NetFtCalibration::with_units("Omega", force, moment, unit, "N-mm").unwrap();
+            prop_assert_eq!(NetFtCalibration::from_xml(&calibration.to_xml()), Ok(calibration));
         }
 
         #[test]
         fn counts_return(counts: [i16; 6]) {
-            let calibration = Calibration::new(1e6, 1e6).unwrap();
+            let calibration = NetFtCalibration::new(1e6, 1e6).unwrap();
             let counts = counts.map(i32::from);
             prop_assert_eq!(calibration.counts(calibration.wrench(counts).unwrap()), counts);
         }

@@ -1,7 +1,7 @@
 //! Our side of a Net Box: asks for the stream, takes the newest record, and watches that the stream stays ours.
 
-use super::calibration::Calibration;
-use super::rdt::{Command, Record, Request};
+use super::calibration::NetFtCalibration;
+use super::rdt::{RdtCommand, RdtRecord, RdtRequest};
 use crate::protocol::link::{self, Peer, progress};
 use crate::signals::{ForceSample, ForceSensor, LinkCounters, LinkFault, Peak};
 use crate::time::Nanos;
@@ -29,7 +29,7 @@ pub struct NetFtSettings {
     /// Where it takes requests: its host, port 49152.
     pub sensor: SocketAddr,
     /// What scales its counts.
-    pub calibration: Calibration,
+    pub calibration: NetFtCalibration,
     /// Period of its records.
     pub period: Nanos,
     /// How long without a record is silence; 3 periods by default.
@@ -40,7 +40,7 @@ pub struct NetFtSettings {
 
 impl NetFtSettings {
     /// Records each `period`; silence is three of them without a record, and a fault.
-    pub fn new(sensor: SocketAddr, calibration: Calibration, period: Nanos) -> Self {
+    pub fn new(sensor: SocketAddr, calibration: NetFtCalibration, period: Nanos) -> Self {
         Self { sensor, calibration, period, silence: period * 3, on_silence: OnSilence::Stop }
     }
 }
@@ -62,7 +62,7 @@ pub struct NetFt<P: Port> {
 /// How far the stream has come.
 #[derive(Clone, Copy)]
 struct Stream {
-    last: Option<Record>,
+    last: Option<RdtRecord>,
     requested: Nanos,
     /// No record has come since our request.
     fresh: bool,
@@ -80,7 +80,7 @@ impl<P: Port> NetFt<P> {
         let counters = LinkCounters::default();
         let mut driver =
             Self { port, settings, peer, counters, stream, peak: Peak::default(), heard: now, begun: false };
-        driver.request(Command::Stream)?;
+        driver.request(RdtCommand::Stream)?;
         Ok(driver)
     }
 
@@ -89,11 +89,11 @@ impl<P: Port> NetFt<P> {
     /// # Errors
     /// If the network interface fails.
     pub fn bias(&mut self) -> Result<(), LinkFault> {
-        self.request(Command::Bias)
+        self.request(RdtCommand::Bias)
     }
 
-    fn request(&mut self, command: Command) -> Result<(), LinkFault> {
-        self.port.send(&Request { command, count: 0 }.bytes(), self.settings.sensor)?;
+    fn request(&mut self, command: RdtCommand) -> Result<(), LinkFault> {
+        self.port.send(&RdtRequest { command, count: 0 }.bytes(), self.settings.sensor)?;
         Ok(())
     }
 
@@ -110,7 +110,7 @@ impl<P: Port> NetFt<P> {
         }
         self.heard = now;
         self.stream = Stream { requested: now, fresh: true, ..self.stream };
-        self.request(Command::Stream)
+        self.request(RdtCommand::Stream)
     }
 }
 
@@ -122,7 +122,7 @@ fn take(
     datagram: &[u8],
     now: Nanos,
 ) -> Result<Option<ForceSample>, LinkFault> {
-    let read = Record::read(datagram).and_then(|record| Some((record, settings.calibration.wrench(record.counts)?)));
+    let read = RdtRecord::read(datagram).and_then(|record| Some((record, settings.calibration.wrench(record.counts)?)));
     let Some((record, wrench)) = read else {
         counters.malformed += 1;
         return Ok(None);
@@ -202,6 +202,6 @@ impl<P: Port> ForceSensor for NetFt<P> {
 impl<P: Port> Drop for NetFt<P> {
     fn drop(&mut self) {
         // The box would stream for ever; it is no matter here whether this arrives.
-        let _ = self.request(Command::Stop);
+        let _ = self.request(RdtCommand::Stop);
     }
 }

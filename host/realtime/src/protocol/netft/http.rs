@@ -1,6 +1,6 @@
 //! As much HTTP as a calibration needs: one file fetched at the start, and served by the emulated box.
 
-use super::calibration::{Calibration, CalibrationError};
+use super::calibration::{CalibrationError, NetFtCalibration};
 use std::io::{self, Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::sync::Arc;
@@ -39,7 +39,7 @@ pub enum FetchError {
 ///
 /// # Errors
 /// If it does not answer in time, or with something that is no calibration.
-pub fn fetch_calibration(address: SocketAddr, limit: Duration) -> Result<Calibration, FetchError> {
+pub fn fetch_calibration(address: SocketAddr, limit: Duration) -> Result<NetFtCalibration, FetchError> {
     let reply = get(address, limit).map_err(|error| FetchError::Io { address, error })?;
     let reply = String::from_utf8_lossy(&reply);
     let (head, body) = reply.split_once("\r\n\r\n").unwrap_or((&reply, ""));
@@ -48,7 +48,7 @@ pub fn fetch_calibration(address: SocketAddr, limit: Duration) -> Result<Calibra
     if code != Some("200") {
         return Err(FetchError::Status(status.chars().take(80).collect()));
     }
-    Ok(Calibration::from_xml(body)?)
+    Ok(NetFtCalibration::from_xml(body)?)
 }
 
 fn get(address: SocketAddr, limit: Duration) -> io::Result<Vec<u8>> {
@@ -90,7 +90,7 @@ impl CalibrationServer {
     ///
     /// # Errors
     /// If the address is taken or not of this machine.
-    pub fn start(address: SocketAddr, calibration: &Calibration) -> io::Result<Self> {
+    pub fn start(address: SocketAddr, calibration: &NetFtCalibration) -> io::Result<Self> {
         let listener = TcpListener::bind(address)?;
         let address = listener.local_addr()?;
         let over = Arc::new(AtomicBool::new(false));
@@ -152,7 +152,7 @@ mod tests {
 
     #[test]
     fn a_served_calibration_is_fetched() {
-        let calibration = Calibration::with_units("Net F/T", 1e6, 1e5, "lbf", "lbf-ft").unwrap();
+        let calibration = NetFtCalibration::with_units("Net F/T", 1e6, 1e5, "lbf", "lbf-ft").unwrap();
         let server = CalibrationServer::start(any(), &calibration).unwrap();
         for _ in 0..3 {
             assert_eq!(fetch_calibration(server.local_address(), LIMIT).unwrap(), calibration);

@@ -16,7 +16,7 @@ pub const STATUS_THRESHOLD: u32 = 0x0001_0000;
 
 /// What a client asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Command {
+pub enum RdtCommand {
     /// No more records.
     Stop,
     /// Records as they are measured.
@@ -29,7 +29,7 @@ pub enum Command {
     Bias,
 }
 
-impl Command {
+impl RdtCommand {
     const CODES: [(Self, u16); 5] = [
         (Self::Stop, 0x0000),
         (Self::Stream, 0x0002),
@@ -45,14 +45,14 @@ impl Command {
 
 /// A request: a command, and after how many records to stop (0: never).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Request {
+pub struct RdtRequest {
     /// What is asked for.
-    pub command: Command,
+    pub command: RdtCommand,
     /// Records wanted; 0 is without end.
     pub count: u32,
 }
 
-impl Request {
+impl RdtRequest {
     /// The bytes of the request.
     pub fn bytes(&self) -> [u8; REQUEST] {
         let mut bytes = [0; REQUEST];
@@ -67,14 +67,14 @@ impl Request {
         let bytes: &[u8; REQUEST] = datagram.try_into().ok()?;
         let [m0, m1, c0, c1, count @ ..] = *bytes;
         let code = u16::from_be_bytes([c0, c1]);
-        let (command, _) = Command::CODES.into_iter().find(|&(_, known)| known == code)?;
+        let (command, _) = RdtCommand::CODES.into_iter().find(|&(_, known)| known == code)?;
         (u16::from_be_bytes([m0, m1]) == MAGIC).then_some(Self { command, count: u32::from_be_bytes(count) })
     }
 }
 
 /// A record of the stream.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Record {
+pub struct RdtRecord {
     /// Count of the records sent: a gap is a lost datagram.
     pub rdt_sequence: u32,
     /// Count of the samples measured inside: grows from record to record, usually by more than one.
@@ -85,7 +85,7 @@ pub struct Record {
     pub counts: [i32; 6],
 }
 
-impl Record {
+impl RdtRecord {
     /// The bytes of the record.
     pub fn bytes(&self) -> [u8; RECORD] {
         let mut bytes = [0; RECORD];
@@ -130,30 +130,30 @@ mod tests {
 
     #[test]
     fn golden_requests() {
-        let bytes = |command, count| Request { command, count }.bytes();
-        assert_eq!(bytes(Command::Stream, 0), [0x12, 0x34, 0, 2, 0, 0, 0, 0]);
-        assert_eq!(bytes(Command::Stop, 0), [0x12, 0x34, 0, 0, 0, 0, 0, 0]);
-        assert_eq!(bytes(Command::Bias, 1), [0x12, 0x34, 0, 0x42, 0, 0, 0, 1]);
-        assert_eq!(Request::read(&[0x12, 0x34, 0, 9, 0, 0, 0, 0]), None);
-        assert_eq!(Request::read(&[0x12, 0x35, 0, 2, 0, 0, 0, 0]), None);
-        assert_eq!(Request::read(&[0x12, 0x34, 0, 2]), None);
+        let bytes = |command, count| RdtRequest { command, count }.bytes();
+        assert_eq!(bytes(RdtCommand::Stream, 0), [0x12, 0x34, 0, 2, 0, 0, 0, 0]);
+        assert_eq!(bytes(RdtCommand::Stop, 0), [0x12, 0x34, 0, 0, 0, 0, 0, 0]);
+        assert_eq!(bytes(RdtCommand::Bias, 1), [0x12, 0x34, 0, 0x42, 0, 0, 0, 1]);
+        assert_eq!(RdtRequest::read(&[0x12, 0x34, 0, 9, 0, 0, 0, 0]), None);
+        assert_eq!(RdtRequest::read(&[0x12, 0x35, 0, 2, 0, 0, 0, 0]), None);
+        assert_eq!(RdtRequest::read(&[0x12, 0x34, 0, 2]), None);
     }
 
     #[test]
     fn golden_record() {
-        let record = Record { rdt_sequence: 1, ft_sequence: 0x0102_0304, status: 0, counts: [1, -1, 256, 0, 0, -2] };
+        let record = RdtRecord { rdt_sequence: 1, ft_sequence: 0x0102_0304, status: 0, counts: [1, -1, 256, 0, 0, -2] };
         let golden = [
             0, 0, 0, 1, 1, 2, 3, 4, 0, 0, 0, 0, 0, 0, 0, 1, 255, 255, 255, 255, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0,
             255, 255, 255, 254,
         ];
         assert_eq!(record.bytes(), golden);
-        assert_eq!(Record::read(&golden), Some(record));
-        assert_eq!(Record::read(&golden[..35]), None);
+        assert_eq!(RdtRecord::read(&golden), Some(record));
+        assert_eq!(RdtRecord::read(&golden[..35]), None);
     }
 
     #[test]
     fn status_bits() {
-        let of = |status| Record { rdt_sequence: 0, ft_sequence: 0, status, counts: [0; 6] };
+        let of = |status| RdtRecord { rdt_sequence: 0, ft_sequence: 0, status, counts: [0; 6] };
         let seen = |status| (of(status).is_saturated(), of(status).is_invalid());
         assert_eq!(seen(0), (false, false));
         assert_eq!(seen(STATUS_THRESHOLD), (false, false));
@@ -166,8 +166,8 @@ mod tests {
     proptest! {
         #[test]
         fn records_return(rdt_sequence: u32, ft_sequence: u32, status: u32, counts: [i32; 6]) {
-            let record = Record { rdt_sequence, ft_sequence, status, counts };
-            prop_assert_eq!(Record::read(&record.bytes()), Some(record));
+            let record = RdtRecord { rdt_sequence, ft_sequence, status, counts };
+            prop_assert_eq!(RdtRecord::read(&record.bytes()), Some(record));
         }
     }
 }

@@ -1,7 +1,7 @@
 //! The emulated Net Box: streams what the facility's sensor measures to the client that asked last.
 
-use super::calibration::Calibration;
-use super::rdt::{Command, Record, Request, STATUS_ERROR, STATUS_SATURATED};
+use super::calibration::NetFtCalibration;
+use super::rdt::{RdtCommand, RdtRecord, RdtRequest, STATUS_ERROR, STATUS_SATURATED};
 use crate::protocol::{Outbox, SensorBox};
 use crate::signals::ForceSample;
 use crate::time::Nanos;
@@ -13,7 +13,7 @@ const STATUS_MISMATCH: u32 = 0x0080_0000;
 
 /// An emulated Net Box.
 pub struct NetBox {
-    calibration: Calibration,
+    calibration: NetFtCalibration,
     period: Nanos,
     client: Option<SocketAddr>,
     /// Records that the client still wants; `None` is without end.
@@ -28,7 +28,7 @@ pub struct NetBox {
 
 impl NetBox {
     /// A box that sends a record each `period` (1 to 7 kHz) and measures at 7 kHz inside.
-    pub fn new(calibration: Calibration, period: Nanos) -> Self {
+    pub fn new(calibration: NetFtCalibration, period: Nanos) -> Self {
         let measured_per_record = (period.seconds() * 7000.0).round().max(1.0) as u32;
         Self {
             calibration,
@@ -44,7 +44,7 @@ impl NetBox {
     }
 
     /// What scales its counts.
-    pub fn calibration(&self) -> &Calibration {
+    pub fn calibration(&self) -> &NetFtCalibration {
         &self.calibration
     }
 
@@ -60,18 +60,18 @@ impl SensorBox for NetBox {
     }
 
     fn take(&mut self, _now: Nanos, from: SocketAddr, datagram: &[u8], _out: Outbox) {
-        let Some(request) = Request::read(datagram) else {
+        let Some(request) = RdtRequest::read(datagram) else {
             return;
         };
         match request.command {
-            Command::Stream | Command::StreamBuffered => {
+            RdtCommand::Stream | RdtCommand::StreamBuffered => {
                 self.client = Some(from);
                 self.wanted = (request.count > 0).then_some(request.count);
                 self.rdt_sequence = 0;
             }
-            Command::Stop => self.client = self.client.filter(|client| *client != from),
-            Command::Bias => self.bias_wanted = true,
-            Command::ResetThresholds => {}
+            RdtCommand::Stop => self.client = self.client.filter(|client| *client != from),
+            RdtCommand::Bias => self.bias_wanted = true,
+            RdtCommand::ResetThresholds => {}
         }
     }
 
@@ -91,7 +91,7 @@ impl SensorBox for NetBox {
         if sample.invalid {
             status |= STATUS_MISMATCH | STATUS_ERROR;
         }
-        let record = Record {
+        let record = RdtRecord {
             rdt_sequence: self.rdt_sequence,
             ft_sequence: self.ft_sequence,
             status,

@@ -1,8 +1,8 @@
 //! Driver and emulated box against one another, period by period.
 
-use super::calibration::Calibration;
+use super::calibration::NetFtCalibration;
 use super::driver::{NetFt, NetFtSettings, OnSilence};
-use super::rdt::{Command, Record, Request, STATUS_ERROR, STATUS_SATURATED};
+use super::rdt::{RdtCommand, RdtRecord, RdtRequest, STATUS_ERROR, STATUS_SATURATED};
 use super::sensor_box::NetBox;
 use crate::protocol::SensorBox;
 use crate::protocol::memory::{MemoryPort, peer};
@@ -28,7 +28,7 @@ struct Bench {
 impl Bench {
     fn new(on_silence: OnSilence) -> Self {
         let port = MemoryPort::default();
-        let calibration = Calibration::new(1e6, 1e6).unwrap();
+        let calibration = NetFtCalibration::new(1e6, 1e6).unwrap();
         let settings = NetFtSettings { on_silence, ..NetFtSettings::new(peer(), calibration.clone(), PERIOD) };
         let sensor = NetBox::new(calibration, PERIOD);
         Self { driver: NetFt::start(port.clone(), settings).unwrap(), sensor, port }
@@ -48,7 +48,7 @@ impl Bench {
     }
 
     fn deliver(&self, rdt_sequence: u32, ft_sequence: u32, status: u32) {
-        self.port.deliver(peer(), &Record { rdt_sequence, ft_sequence, status, counts: [1; 6] }.bytes());
+        self.port.deliver(peer(), &RdtRecord { rdt_sequence, ft_sequence, status, counts: [1; 6] }.bytes());
     }
 }
 
@@ -116,7 +116,7 @@ fn a_stolen_stream_is_asked_for_again_in_a_dry_run() {
     bench.period(&sample(1.0), true);
     bench.driver.latest().unwrap().unwrap();
     let thief = "192.168.1.7:40000".parse().unwrap();
-    bench.sensor.take(Nanos(0), thief, &Request { command: Command::Stream, count: 0 }.bytes(), &mut |_, _| {});
+    bench.sensor.take(Nanos(0), thief, &RdtRequest { command: RdtCommand::Stream, count: 0 }.bytes(), &mut |_, _| {});
     let mut silent = 0;
     while bench.driver.latest().unwrap().is_none() {
         let ours = bench.sensor.client() != Some(thief);
@@ -158,8 +158,8 @@ fn the_boxs_bias_zeroes_the_load() {
 
 #[test]
 fn a_count_ends_the_stream() {
-    let mut sensor = NetBox::new(Calibration::new(1e6, 1e6).unwrap(), PERIOD);
-    sensor.take(Nanos(0), peer(), &Request { command: Command::Stream, count: 2 }.bytes(), &mut |_, _| {});
+    let mut sensor = NetBox::new(NetFtCalibration::new(1e6, 1e6).unwrap(), PERIOD);
+    sensor.take(Nanos(0), peer(), &RdtRequest { command: RdtCommand::Stream, count: 2 }.bytes(), &mut |_, _| {});
     let mut sent = 0;
     for _ in 0..5 {
         sensor.report(Nanos(0), &sample(1.0), &mut |_, _| sent += 1);

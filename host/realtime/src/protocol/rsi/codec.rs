@@ -1,7 +1,7 @@
 //! The two messages of RSI: `<Rob>` from the controller and `<Sen>` from us, in the controller's units (deg, mm).
 
-use super::scan::{Event, Malformed, Scan};
-use super::tags::{Group, TagMap};
+use super::scan::{Event, RsiFormatError, Scan};
+use super::tags::{RsiGroup, TagMap};
 use crate::protocol::text::Text;
 use std::fmt::{self, Write};
 
@@ -14,9 +14,9 @@ pub(crate) type Message = Text<MAX_MESSAGE>;
 /// A controller's report.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rob {
-    groups: [[f64; 6]; Group::ALL.len()],
+    groups: [[f64; 6]; RsiGroup::ALL.len()],
     /// Which values of each group are there, bit by bit.
-    seen: [u8; Group::ALL.len()],
+    seen: [u8; RsiGroup::ALL.len()],
     /// Late answers that the controller has counted.
     pub delay: u32,
     /// Its time, that an answer must repeat.
@@ -26,16 +26,16 @@ pub struct Rob {
 impl Rob {
     /// A report without values.
     pub fn new(ipoc: u64, delay: u32) -> Self {
-        Self { groups: [[0.0; 6]; Group::ALL.len()], seen: [0; Group::ALL.len()], delay, ipoc }
+        Self { groups: [[0.0; 6]; RsiGroup::ALL.len()], seen: [0; RsiGroup::ALL.len()], delay, ipoc }
     }
 
     /// The values of a group \[deg, mm, N m\]; zeros where none were sent.
-    pub fn group(&self, group: Group) -> [f64; 6] {
+    pub fn group(&self, group: RsiGroup) -> [f64; 6] {
         self.groups[group as usize]
     }
 
     /// Sets the values of a group.
-    pub fn set(&mut self, group: Group, values: [f64; 6]) {
+    pub fn set(&mut self, group: RsiGroup, values: [f64; 6]) {
         self.groups[group as usize] = values;
         self.seen[group as usize] = 0b11_1111;
     }
@@ -49,33 +49,39 @@ impl Rob {
     ///
     /// # Errors
     /// If it is no such message, has no IPOC, or gives a value twice or as anything but a finite number.
-    pub fn read(datagram: &[u8], tags: &TagMap) -> Result<Self, Malformed> {
+    pub fn read(datagram: &[u8], tags: &TagMap) -> Result<Self, RsiFormatError> {
         let mut rob = Self::new(0, 0);
         let mut ipoc = None;
         let mut scan = Scan::new(datagram);
         while let Some(event) = scan.next()? {
             match event {
-                Event::Begin { element, depth: 0 } if element != b"Rob" => return Err(Malformed),
+                Event::Begin { element, depth: 0 } if element != b"Rob" => return Err(RsiFormatError),
                 Event::Attribute { element, name, value } => rob.take_attribute(tags, element, name, value)?,
                 Event::Text { element: b"IPOC", text } => set_once(&mut ipoc, whole(text)?)?,
                 _ => {}
             }
         }
-        rob.ipoc = ipoc.ok_or(Malformed)?;
+        rob.ipoc = ipoc.ok_or(RsiFormatError)?;
         Ok(rob)
     }
 
-    fn take_attribute(&mut self, tags: &TagMap, element: &[u8], name: &[u8], value: &[u8]) -> Result<(), Malformed> {
+    fn take_attribute(
+        &mut self,
+        tags: &TagMap,
+        element: &[u8],
+        name: &[u8],
+        value: &[u8],
+    ) -> Result<(), RsiFormatError> {
         if name == b"D" && tags.delay.as_ref().is_some_and(|tag| tag.as_bytes() == element) {
-            self.delay = u32::try_from(whole(value)?).map_err(|_| Malformed)?;
+            self.delay = u32::try_from(whole(value)?).map_err(|_| RsiFormatError)?;
             return Ok(());
         }
-        for group in Group::ALL {
+        for group in RsiGroup::ALL {
             if tags.element(group).is_some_and(|tag| tag.as_bytes() == element) {
                 if let Some(index) = group.attributes().iter().position(|known| known.as_bytes() == name) {
                     let bit = 1 << index;
                     if self.seen[group as usize] & bit != 0 {
-                        return Err(Malformed);
+                        return Err(RsiFormatError);
                     }
                     self.seen[group as usize] |= bit;
                     self.groups[group as usize][index] = number(value)?;
@@ -93,7 +99,7 @@ impl Rob {
     pub(crate) fn write(&self, tags: &TagMap, message: &mut Message) -> fmt::Result {
         message.clear();
         message.write_str("<Rob Type=\"KUKA\">")?;
-        for group in Group::ALL {
+        for group in RsiGroup::ALL {
             if let Some(element) = tags.element(group) {
                 write_group(message, element, group.attributes(), &self.group(group))?;
             }
@@ -123,13 +129,13 @@ impl Sen {
     ///
     /// # Errors
     /// If it is no such message or of another type, has no IPOC, or a value is no finite number.
-    pub fn read(datagram: &[u8], tags: &TagMap) -> Result<Self, Malformed> {
+    pub fn read(datagram: &[u8], tags: &TagMap) -> Result<Self, RsiFormatError> {
         let mut sen = Self { axes: [None; 6], rail: None, stop: false, ipoc: 0 };
         let (mut ipoc, mut of_type) = (None, false);
         let mut scan = Scan::new(datagram);
         while let Some(event) = scan.next()? {
             match event {
-                Event::Begin { element, depth: 0 } if element != b"Sen" => return Err(Malformed),
+                Event::Begin { element, depth: 0 } if element != b"Sen" => return Err(RsiFormatError),
                 Event::Attribute { element: b"Sen", name, value } if name.eq_ignore_ascii_case(b"type") => {
                     of_type = value == tags.sen_type.as_bytes();
                 }
@@ -141,16 +147,22 @@ impl Sen {
                 _ => {}
             }
         }
-        sen.ipoc = ipoc.ok_or(Malformed)?;
-        if of_type { Ok(sen) } else { Err(Malformed) }
+        sen.ipoc = ipoc.ok_or(RsiFormatError)?;
+        if of_type { Ok(sen) } else { Err(RsiFormatError) }
     }
 
-    fn take_attribute(&mut self, tags: &TagMap, element: &[u8], name: &[u8], value: &[u8]) -> Result<(), Malformed> {
+    fn take_attribute(
+        &mut self,
+        tags: &TagMap,
+        element: &[u8],
+        name: &[u8],
+        value: &[u8],
+    ) -> Result<(), RsiFormatError> {
         let external = tags.external_correction.as_ref().is_some_and(|tag| tag.as_bytes() == element);
         if name == b"E1" && external {
             set_once(&mut self.rail, number(value)?)?;
         } else if element == tags.correction.as_bytes()
-            && let Some(index) = Group::Axes.attributes().iter().position(|known| known.as_bytes() == name)
+            && let Some(index) = RsiGroup::Axes.attributes().iter().position(|known| known.as_bytes() == name)
         {
             set_once(&mut self.axes[index], number(value)?)?;
         }
@@ -174,7 +186,7 @@ impl Sen {
                 write_group(message, element, names, &[a1, a2, a3, a4, a5, a6, rail])?;
             }
             external => {
-                write_group(message, &tags.correction, Group::Axes.attributes(), &axes)?;
+                write_group(message, &tags.correction, RsiGroup::Axes.attributes(), &axes)?;
                 if let Some(element) = external {
                     write_group(message, element, ["E1"], &[rail])?;
                 }
@@ -205,20 +217,20 @@ fn write_group<const N: usize>(
     message.write_str("/>")
 }
 
-fn set_once<T>(place: &mut Option<T>, value: T) -> Result<(), Malformed> {
-    if place.replace(value).is_some() { Err(Malformed) } else { Ok(()) }
+fn set_once<T>(place: &mut Option<T>, value: T) -> Result<(), RsiFormatError> {
+    if place.replace(value).is_some() { Err(RsiFormatError) } else { Ok(()) }
 }
 
 /// A finite decimal number; `inf`, `nan` and what overflows are none.
-fn number(text: &[u8]) -> Result<f64, Malformed> {
-    let text = std::str::from_utf8(text.trim_ascii()).map_err(|_| Malformed)?;
-    let value: f64 = text.parse().map_err(|_| Malformed)?;
-    if value.is_finite() { Ok(value) } else { Err(Malformed) }
+fn number(text: &[u8]) -> Result<f64, RsiFormatError> {
+    let text = std::str::from_utf8(text.trim_ascii()).map_err(|_| RsiFormatError)?;
+    let value: f64 = text.parse().map_err(|_| RsiFormatError)?;
+    if value.is_finite() { Ok(value) } else { Err(RsiFormatError) }
 }
 
-fn whole(text: &[u8]) -> Result<u64, Malformed> {
-    let text = std::str::from_utf8(text.trim_ascii()).map_err(|_| Malformed)?;
-    text.parse().map_err(|_| Malformed)
+fn whole(text: &[u8]) -> Result<u64, RsiFormatError> {
+    let text = std::str::from_utf8(text.trim_ascii()).map_err(|_| RsiFormatError)?;
+    text.parse().map_err(|_| RsiFormatError)
 }
 
 #[cfg(test)]
@@ -243,9 +255,9 @@ mod tests {
         let rob = Rob::read(ROS.as_bytes(), &tags()).unwrap();
         assert!(rob.is_complete(&tags()));
         assert_eq!((rob.ipoc, rob.delay), (4_208_163_634, 3));
-        assert_eq!(rob.group(Group::Axes), [1.5, -90.0, 90.0, 0.0, 45.0, -0.25]);
-        assert_eq!(rob.group(Group::External)[0], 1200.0);
-        assert_eq!(rob.group(Group::Pose), [1000.0, 0.0, 1500.5, 10.0, -20.0, 30.0]);
+        assert_eq!(rob.group(RsiGroup::Axes), [1.5, -90.0, 90.0, 0.0, 45.0, -0.25]);
+        assert_eq!(rob.group(RsiGroup::External)[0], 1200.0);
+        assert_eq!(rob.group(RsiGroup::Pose), [1000.0, 0.0, 1500.5, 10.0, -20.0, 30.0]);
     }
 
     #[test]
@@ -261,7 +273,7 @@ mod tests {
             ("<IPOC>", "<IPOX>"),
             ("<Rob ", "<Sen "),
         ] {
-            assert_eq!(Rob::read(ROS.replacen(good, bad, 1).as_bytes(), &tags()), Err(Malformed), "{bad}");
+            assert_eq!(Rob::read(ROS.replacen(good, bad, 1).as_bytes(), &tags()), Err(RsiFormatError), "{bad}");
         }
         let other = Rob::read(ROS.replace("ASPos", "ABPos").as_bytes(), &tags()).unwrap();
         assert!(!other.is_complete(&tags()));
@@ -287,7 +299,7 @@ mod tests {
     #[test]
     fn the_emulated_controller_prints_the_fixed_order() {
         let mut rob = Rob::new(8, 0);
-        rob.set(Group::Axes, [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
+        rob.set(RsiGroup::Axes, [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
         let mut message = Message::new();
         rob.write(&TagMap::kroshu().with_rail(), &mut message).unwrap();
         let golden = "<Rob Type=\"KUKA\"><RIst X=\"0.000000\" Y=\"0.000000\" Z=\"0.000000\" A=\"0.000000\" \
@@ -300,7 +312,7 @@ mod tests {
     #[test]
     fn kukas_client_library_finds_external_axes_in_their_place_without_a_rail() {
         let mut rob = Rob::new(357, 15);
-        rob.set(Group::Axes, [5.32, 6.4, 111.3, 12.2, 0.0, 12.5]);
+        rob.set(RsiGroup::Axes, [5.32, 6.4, 111.3, 12.2, 0.0, 12.5]);
         let mut message = Message::new();
         rob.write(&TagMap::kroshu(), &mut message).unwrap();
         let text = std::str::from_utf8(message.as_bytes()).unwrap();
@@ -334,7 +346,7 @@ mod tests {
     fn an_answer_of_another_type_is_refused() {
         let text = b"<Sen Type=\"ImFree\"><Stop>0</Stop><AK A1=\"1.0\"/><IPOC>7</IPOC></Sen>";
         assert_eq!(Sen::read(text, &TagMap::im_free()).map(|sen| (sen.axes[0], sen.ipoc)), Ok((Some(1.0), 7)));
-        assert_eq!(Sen::read(text, &TagMap::kroshu()), Err(Malformed));
+        assert_eq!(Sen::read(text, &TagMap::kroshu()), Err(RsiFormatError));
     }
 
     proptest! {
@@ -343,20 +355,20 @@ mod tests {
             ipoc: u64, delay: u32) {
             let tags = TagMap { mode: Correction::Relative, ..TagMap::im_free().with_rail() };
             let mut rob = Rob::new(ipoc, delay);
-            for group in Group::ALL {
+            for group in RsiGroup::ALL {
                 rob.set(group, axes);
             }
-            rob.set(Group::External, [rail; 6]);
+            rob.set(RsiGroup::External, [rail; 6]);
             let mut message = Message::new();
             let tags = TagMap { pose: None, pose_asked: None, external_asked: None, ..tags };
             rob.write(&tags, &mut message).unwrap();
             let back = Rob::read(message.as_bytes(), &tags).unwrap();
             prop_assert!(back.is_complete(&tags));
             prop_assert_eq!((back.ipoc, back.delay), (ipoc, delay));
-            for (a, b) in back.group(Group::Axes).iter().zip(axes) {
+            for (a, b) in back.group(RsiGroup::Axes).iter().zip(axes) {
                 prop_assert!((a - b).abs() <= 5.1e-7);
             }
-            prop_assert!((back.group(Group::External)[0] - rail).abs() <= 5.1e-7);
+            prop_assert!((back.group(RsiGroup::External)[0] - rail).abs() <= 5.1e-7);
         }
 
         #[test]

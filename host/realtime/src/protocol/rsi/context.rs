@@ -1,6 +1,6 @@
 //! The controller's own configuration (`rsi_ethernet.xml`), written from the tag map so that both sides agree.
 
-use super::tags::{Correction, Group, TagMap};
+use super::tags::{Correction, RsiGroup, TagMap};
 use std::fmt::Write;
 use std::net::SocketAddr;
 
@@ -25,7 +25,7 @@ fn write_config(text: &mut String, tags: &TagMap, address: SocketAddr) -> std::f
     writeln!(text, "    <SENTYPE>{}</SENTYPE>\n    <ONLYSEND>FALSE</ONLYSEND>\n  </CONFIG>", tags.sen_type)?;
     writeln!(text, "  <SEND>\n    <ELEMENTS>")?;
     let mut channel = 1;
-    for group in Group::ALL {
+    for group in RsiGroup::ALL {
         if let Some(element) = tags.element(group) {
             write_sent(text, element, &group.attributes(), "DOUBLE", &mut channel)?;
         }
@@ -62,7 +62,7 @@ fn write_received(text: &mut String, tags: &TagMap) -> std::fmt::Result {
         writeln!(text, "      <ELEMENT TAG=\"{element}\" TYPE=\"BOOL\" INDX=\"{channel}\" HOLDON=\"0\"/>")?;
         channel += 1;
     }
-    let axes = Group::Axes.attributes().map(|axis| (tags.correction.as_str(), axis));
+    let axes = RsiGroup::Axes.attributes().map(|axis| (tags.correction.as_str(), axis));
     let rail = tags.external_correction.as_ref().map(|element| (element.as_str(), "E1"));
     for (element, axis) in axes.into_iter().chain(rail) {
         writeln!(

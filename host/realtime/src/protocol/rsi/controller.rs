@@ -1,8 +1,8 @@
 //! The emulated KUKA controller: what a KRC with an RSI context does with our answers.
 
 use super::codec::{Message, Rob, Sen};
-use super::tags::{Correction, Group, TagMap};
-use crate::protocol::{Controller, Line, Outbox, attitude};
+use super::tags::{Correction, RsiGroup, TagMap};
+use crate::protocol::{EmulatedController, Line, Outbox, attitude};
 use crate::signals::{AXES, RAIL, RobotState};
 use crate::time::Nanos;
 use std::net::SocketAddr;
@@ -149,7 +149,7 @@ fn offset(start: [f64; AXES], correction: [f64; AXES]) -> [f64; AXES] {
     })
 }
 
-impl Controller for Krc {
+impl EmulatedController for Krc {
     fn cycle(&self) -> Nanos {
         self.settings.tags.cycle
     }
@@ -241,16 +241,16 @@ fn report(tags: &TagMap, state: &RobotState, asked: [f64; AXES], late: u32, ipoc
     });
     let torque = state.torque.unwrap_or([0.0; AXES]);
     let mut rob = Rob::new(ipoc, late);
-    for group in Group::ALL.into_iter().filter(|&group| tags.element(group).is_some()) {
+    for group in RsiGroup::ALL.into_iter().filter(|&group| tags.element(group).is_some()) {
         rob.set(
             group,
             match group {
-                Group::Axes => joints(&state.position),
-                Group::AxesAsked => joints(&asked),
-                Group::External => external(&state.position),
-                Group::ExternalAsked => external(&asked),
-                Group::Pose | Group::PoseAsked => pose,
-                Group::Torque => std::array::from_fn(|axis| torque[axis]),
+                RsiGroup::Axes => joints(&state.position),
+                RsiGroup::AxesAsked => joints(&asked),
+                RsiGroup::External => external(&state.position),
+                RsiGroup::ExternalAsked => external(&asked),
+                RsiGroup::Pose | RsiGroup::PoseAsked => pose,
+                RsiGroup::Torque => std::array::from_fn(|axis| torque[axis]),
             },
         );
     }

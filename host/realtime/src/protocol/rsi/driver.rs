@@ -1,11 +1,11 @@
 //! Our side of RSI: a robot whose controller gives the beat and takes corrections of its axes.
 
 use super::codec::{Message, Rob, Sen};
-use super::tags::{Correction, Group, TagMap};
+use super::tags::{Correction, RsiGroup, TagMap};
 use crate::protocol::attitude;
 use crate::protocol::link::{self, Peer};
 use crate::signals::{
-    AXES, Capabilities, LinkCounters, LinkFault, MAX_EFFORT, Order, RAIL, Robot, RobotState, plausible,
+    AXES, Capabilities, LinkCounters, LinkFault, MAX_EFFORT, Order, RAIL, RobotLink, RobotState, plausible,
 };
 use crate::time::Nanos;
 use crate::wire::Port;
@@ -186,22 +186,22 @@ fn axes(joints: [f64; 6], external: [f64; 6], rail: bool) -> [f64; AXES] {
 fn state(rob: &Rob, tags: &TagMap, now: Nanos) -> RobotState {
     let asked = (tags.axes_asked.is_some()).then(|| {
         // Without set-points of its own the rail is asked for where it is.
-        let external = if tags.external_asked.is_some() { Group::ExternalAsked } else { Group::External };
-        axes(rob.group(Group::AxesAsked), rob.group(external), tags.rail)
+        let external = if tags.external_asked.is_some() { RsiGroup::ExternalAsked } else { RsiGroup::External };
+        axes(rob.group(RsiGroup::AxesAsked), rob.group(external), tags.rail)
     });
     let torque = tags.torque.as_ref().map(|_| {
-        let joints = rob.group(Group::Torque);
+        let joints = rob.group(RsiGroup::Torque);
         std::array::from_fn(|axis| joints.get(axis).copied().unwrap_or(0.0))
     });
     let pose = tags.pose.as_ref().map(|_| {
-        let [x, y, z, a, b, c] = rob.group(Group::Pose);
+        let [x, y, z, a, b, c] = rob.group(RsiGroup::Pose);
         let attitude = attitude::from_zyx([a.to_radians(), b.to_radians(), c.to_radians()]);
         Pose { position: vec3(x * 1e-3, y * 1e-3, z * 1e-3), attitude }
     });
     RobotState {
         stamp: Nanos(rob.ipoc as i64 * 1_000_000),
         received: now,
-        position: axes(rob.group(Group::Axes), rob.group(Group::External), tags.rail),
+        position: axes(rob.group(RsiGroup::Axes), rob.group(RsiGroup::External), tags.rail),
         asked,
         torque,
         pose,
@@ -214,7 +214,7 @@ fn believable(rob: &Rob, state: &RobotState) -> bool {
     plausible(&state.position)
         && state.asked.is_none_or(|asked| plausible(&asked))
         && state.torque.is_none_or(|torque| torque.iter().all(|value| value.abs() <= MAX_EFFORT))
-        && rob.group(Group::Pose).iter().all(|value| value.abs() <= MAX_POSE)
+        && rob.group(RsiGroup::Pose).iter().all(|value| value.abs() <= MAX_POSE)
 }
 
 /// The answer to an order, and the set-points that it amounts to.
@@ -257,7 +257,7 @@ fn as_written(value: f64) -> f64 {
     (value * 1e6).round() * 1e-6
 }
 
-impl<P: Port> Robot for RsiRobot<P> {
+impl<P: Port> RobotLink for RsiRobot<P> {
     fn capabilities(&self) -> Capabilities {
         Capabilities {
             cycle: self.tags.cycle,

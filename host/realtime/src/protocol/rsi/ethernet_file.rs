@@ -3,7 +3,7 @@
 
 mod parsing;
 
-use super::tags::{Correction, Group, TagMap, is_xml_name};
+use super::tags::{Correction, RsiGroup, TagMap, is_xml_name};
 use crate::time::Nanos;
 use parsing::{Document, Element, Kind, parse};
 use std::fmt;
@@ -15,7 +15,7 @@ const TORQUE_WORDS: [&str; 4] = ["torque", "trq", "moment", "eff"];
 
 /// What the file does not say.
 #[derive(Clone, Copy, Debug)]
-pub struct Expected<'a> {
+pub struct RsiExpectation<'a> {
     /// Whether corrections are offsets or increments (`RSI_ON`).
     pub mode: Correction,
     /// Cycle of the controller.
@@ -76,11 +76,11 @@ impl std::error::Error for FileError {}
 /// # Errors
 /// What is wrong, with line and element: no XML, a missing or doubled element, a type or channel that cannot be,
 /// `ONLYSEND`, Cartesian corrections, and corrections whose `HOLDON` would move the robot when an answer is lost.
-pub fn read_rsi_ethernet(text: &str, expected: &Expected) -> Result<EthernetFile, FileError> {
+pub fn read_rsi_ethernet(text: &str, expected: &RsiExpectation) -> Result<EthernetFile, FileError> {
     let document = parse(text)?;
     let (host, port, sen_type) = config(&document)?;
     let (sent, received) = (Direction::new("SEND", &document.sent)?, Direction::new("RECEIVE", &document.received)?);
-    let axes = sent.group(Group::Axes, "AIPos")?.ok_or_else(|| {
+    let axes = sent.group(RsiGroup::Axes, "AIPos")?.ok_or_else(|| {
         sent.missing(
             "AIPos",
             "measured axes are not sent",
@@ -88,7 +88,7 @@ pub fn read_rsi_ethernet(text: &str, expected: &Expected) -> Result<EthernetFile
         )
     })?;
     let (correction, external_correction) = corrections(&received, expected.mode)?;
-    let external = sent.group(Group::External, "EIPos")?;
+    let external = sent.group(RsiGroup::External, "EIPos")?;
     if expected.rail && external.is_none() {
         let remedy = "add <ELEMENT TAG=\"DEF_EIPos\" TYPE=\"DOUBLE\" INDX=\"INTERNAL\"/>";
         return Err(sent.missing("EIPos", "the rail is not sent", remedy));
@@ -100,14 +100,14 @@ pub fn read_rsi_ethernet(text: &str, expected: &Expected) -> Result<EthernetFile
     let tags = TagMap {
         sen_type,
         axes,
-        axes_asked: sent.group(Group::AxesAsked, "ASPos")?,
+        axes_asked: sent.group(RsiGroup::AxesAsked, "ASPos")?,
         rail: expected.rail,
         // Without their measurement external axes are none of ours.
         external_correction: external_correction.filter(|_| external.is_some()),
-        external_asked: sent.group(Group::ExternalAsked, "ESPos")?.filter(|_| external.is_some()),
+        external_asked: sent.group(RsiGroup::ExternalAsked, "ESPos")?.filter(|_| external.is_some()),
         external,
-        pose: sent.group(Group::Pose, "RIst")?,
-        pose_asked: sent.group(Group::PoseAsked, "RSol")?,
+        pose: sent.group(RsiGroup::Pose, "RIst")?,
+        pose_asked: sent.group(RsiGroup::PoseAsked, "RSol")?,
         torque: torque(&sent, expected.torque)?,
         delay: Some(delay(&sent)?),
         correction,
@@ -207,7 +207,7 @@ impl<'a> Direction<'a> {
     }
 
     /// The name of a group, if it is sent at all; every attribute that a report needs must be there.
-    fn group(&self, group: Group, name: &str) -> Result<Option<String>, FileError> {
+    fn group(&self, group: RsiGroup, name: &str) -> Result<Option<String>, FileError> {
         if let Some(internal) = self.internal(name) {
             internal.must_be(Kind::Double)?;
             return Ok(Some(name.to_owned()));
@@ -216,7 +216,7 @@ impl<'a> Direction<'a> {
         if !self.has_any(name, &attributes) {
             return Ok(None);
         }
-        let needed = if matches!(group, Group::External | Group::ExternalAsked) { 1 } else { attributes.len() };
+        let needed = if matches!(group, RsiGroup::External | RsiGroup::ExternalAsked) { 1 } else { attributes.len() };
         self.all(name, &attributes[..needed])?;
         Ok(Some(name.to_owned()))
     }
@@ -251,7 +251,7 @@ impl Element {
 
 /// Elements of the corrections of axes and rail.
 fn corrections(received: &Direction, mode: Correction) -> Result<(String, Option<String>), FileError> {
-    let (axes, rail) = (Group::Axes.attributes(), "E1");
+    let (axes, rail) = (RsiGroup::Axes.attributes(), "E1");
     let names = received.wired();
     let with = |attributes: &[&str], usual: &str| -> Result<Option<String>, FileError> {
         let found: Vec<&str> = names.iter().copied().filter(|name| received.has_any(name, attributes)).collect();
@@ -266,7 +266,7 @@ fn corrections(received: &Direction, mode: Correction) -> Result<(String, Option
         }
     };
     let Some(correction) = with(&axes, "AK")? else {
-        let cartesian = names.iter().find(|name| received.has_any(name, &Group::Pose.attributes()));
+        let cartesian = names.iter().find(|name| received.has_any(name, &RsiGroup::Pose.attributes()));
         let problem = match cartesian {
             Some(name) => format!("{name} corrects the Cartesian pose, and axes are corrected here"),
             None => "no element has A1 to A6: the axes cannot be corrected".to_owned(),
@@ -319,7 +319,7 @@ fn delay(sent: &Direction) -> Result<String, FileError> {
 
 /// The element that carries torques of the axes.
 fn torque(sent: &Direction, named: Option<&str>) -> Result<Option<String>, FileError> {
-    let axes = Group::Axes.attributes();
+    let axes = RsiGroup::Axes.attributes();
     let own = sent.wired().into_iter().filter(|name| !matches!(*name, "AIPos" | "ASPos"));
     let candidates: Vec<&str> = own.filter(|name| sent.has_any(name, &axes)).collect();
     let name = match named {

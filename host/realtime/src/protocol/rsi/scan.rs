@@ -8,7 +8,7 @@ const DEPTH: usize = 4;
 
 /// The bytes are no such message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Malformed;
+pub struct RsiFormatError;
 
 /// What the scan comes upon.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,7 +40,7 @@ impl<'a> Scan<'a> {
     }
 
     /// The next event; `None` once the root element has ended and nothing follows it.
-    pub(super) fn next(&mut self) -> Result<Option<Event<'a>>, Malformed> {
+    pub(super) fn next(&mut self) -> Result<Option<Event<'a>>, RsiFormatError> {
         loop {
             let found = if self.in_tag { self.attribute()? } else { self.content()? };
             if found.is_some() {
@@ -67,18 +67,18 @@ impl<'a> Scan<'a> {
         taken
     }
 
-    fn expect(&mut self, text: &[u8]) -> Result<(), Malformed> {
-        self.rest = self.rest.strip_prefix(text).ok_or(Malformed)?;
+    fn expect(&mut self, text: &[u8]) -> Result<(), RsiFormatError> {
+        self.rest = self.rest.strip_prefix(text).ok_or(RsiFormatError)?;
         Ok(())
     }
 
-    fn name(&mut self) -> Result<&'a [u8], Malformed> {
+    fn name(&mut self) -> Result<&'a [u8], RsiFormatError> {
         let name = self.take_while(is_name);
-        if name.is_empty() { Err(Malformed) } else { Ok(name) }
+        if name.is_empty() { Err(RsiFormatError) } else { Ok(name) }
     }
 
     /// Inside a tag: its next attribute, or its end.
-    fn attribute(&mut self) -> Result<Option<Event<'a>>, Malformed> {
+    fn attribute(&mut self) -> Result<Option<Event<'a>>, RsiFormatError> {
         self.skip_blanks();
         match self.rest.first() {
             Some(b'>') => {
@@ -103,10 +103,10 @@ impl<'a> Scan<'a> {
         }
     }
 
-    fn quoted(&mut self) -> Result<&'a [u8], Malformed> {
+    fn quoted(&mut self) -> Result<&'a [u8], RsiFormatError> {
         let quote = match self.rest.first() {
             Some(&quote @ (b'"' | b'\'')) => quote,
-            _ => return Err(Malformed),
+            _ => return Err(RsiFormatError),
         };
         self.rest = &self.rest[1..];
         let value = self.take_while(|byte| byte != quote && byte != b'<' && byte != b'&');
@@ -115,7 +115,7 @@ impl<'a> Scan<'a> {
     }
 
     /// Between tags: text, the begin of an element or the end of the open one.
-    fn content(&mut self) -> Result<Option<Event<'a>>, Malformed> {
+    fn content(&mut self) -> Result<Option<Event<'a>>, RsiFormatError> {
         let text = self.take_while(|byte| byte != b'<' && byte != b'&').trim_ascii();
         if !text.is_empty() {
             // Some simulators send the whole buffer: zeros after the message are no content.
@@ -123,12 +123,12 @@ impl<'a> Scan<'a> {
                 return Ok(None);
             }
             if self.depth == 0 {
-                return Err(Malformed);
+                return Err(RsiFormatError);
             }
             return Ok(Some(Event::Text { element: self.element(), text }));
         }
         if self.rest.is_empty() {
-            return if self.root_over { Ok(None) } else { Err(Malformed) };
+            return if self.root_over { Ok(None) } else { Err(RsiFormatError) };
         }
         self.expect(b"<")?;
         match self.rest.first() {
@@ -142,15 +142,15 @@ impl<'a> Scan<'a> {
         }
     }
 
-    fn skip_past(&mut self, end: &[u8]) -> Result<Option<Event<'a>>, Malformed> {
-        let start = self.rest.windows(end.len()).position(|window| window == end).ok_or(Malformed)?;
+    fn skip_past(&mut self, end: &[u8]) -> Result<Option<Event<'a>>, RsiFormatError> {
+        let start = self.rest.windows(end.len()).position(|window| window == end).ok_or(RsiFormatError)?;
         self.rest = &self.rest[start + end.len()..];
         Ok(None)
     }
 
-    fn begin(&mut self) -> Result<Option<Event<'a>>, Malformed> {
+    fn begin(&mut self) -> Result<Option<Event<'a>>, RsiFormatError> {
         if self.root_over || self.depth == DEPTH {
-            return Err(Malformed);
+            return Err(RsiFormatError);
         }
         let element = self.name()?;
         self.open[self.depth] = element;
@@ -159,13 +159,13 @@ impl<'a> Scan<'a> {
         Ok(Some(Event::Begin { element, depth: self.depth - 1 }))
     }
 
-    fn end(&mut self) -> Result<Option<Event<'a>>, Malformed> {
+    fn end(&mut self) -> Result<Option<Event<'a>>, RsiFormatError> {
         self.expect(b"/")?;
         let name = self.name()?;
         self.skip_blanks();
         self.expect(b">")?;
         if self.depth == 0 || self.element() != name {
-            return Err(Malformed);
+            return Err(RsiFormatError);
         }
         self.close();
         Ok(None)
@@ -181,7 +181,7 @@ impl<'a> Scan<'a> {
 mod tests {
     use super::*;
 
-    fn count(text: &str) -> Result<usize, Malformed> {
+    fn count(text: &str) -> Result<usize, RsiFormatError> {
         let mut scan = Scan::new(text.as_bytes());
         let mut events = 0;
         while scan.next()?.is_some() {
@@ -219,7 +219,7 @@ mod tests {
             "<a><b><c><d><e/></d></c></b></a>",
             "<Rob><!-- </Rob>",
         ] {
-            assert_eq!(count(text), Err(Malformed), "{text}");
+            assert_eq!(count(text), Err(RsiFormatError), "{text}");
         }
     }
 }

@@ -14,7 +14,7 @@ pub enum Correction {
 
 /// A group of up to six values that share an element of the controller's message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Group {
+pub enum RsiGroup {
     /// Measured axes A1 to A6 \[deg\].
     Axes,
     /// Set-points of the axes \[deg\].
@@ -31,7 +31,7 @@ pub enum Group {
     Torque,
 }
 
-impl Group {
+impl RsiGroup {
     /// All groups, in the order in which they stand in a message.
     pub const ALL: [Self; 7] =
         [Self::Pose, Self::PoseAsked, Self::Axes, Self::AxesAsked, Self::External, Self::ExternalAsked, Self::Torque];
@@ -121,15 +121,15 @@ impl TagMap {
     }
 
     /// The element that carries a group.
-    pub fn element(&self, group: Group) -> Option<&str> {
+    pub fn element(&self, group: RsiGroup) -> Option<&str> {
         match group {
-            Group::Axes => Some(&self.axes),
-            Group::AxesAsked => self.axes_asked.as_deref(),
-            Group::External => self.external.as_deref(),
-            Group::ExternalAsked => self.external_asked.as_deref(),
-            Group::Pose => self.pose.as_deref(),
-            Group::PoseAsked => self.pose_asked.as_deref(),
-            Group::Torque => self.torque.as_deref(),
+            RsiGroup::Axes => Some(&self.axes),
+            RsiGroup::AxesAsked => self.axes_asked.as_deref(),
+            RsiGroup::External => self.external.as_deref(),
+            RsiGroup::ExternalAsked => self.external_asked.as_deref(),
+            RsiGroup::Pose => self.pose.as_deref(),
+            RsiGroup::PoseAsked => self.pose_asked.as_deref(),
+            RsiGroup::Torque => self.torque.as_deref(),
         }
     }
 
@@ -138,7 +138,7 @@ impl TagMap {
     /// # Errors
     /// What is wrong: a name that is no XML name, a rail that is not measured or not corrected, no whole cycle.
     pub fn check(&self) -> Result<(), &'static str> {
-        let sent = Group::ALL.iter().filter_map(|&group| self.element(group));
+        let sent = RsiGroup::ALL.iter().filter_map(|&group| self.element(group));
         let others = [&self.delay, &self.external_correction, &self.stop];
         let mut names = sent.chain(others.into_iter().flatten().map(String::as_str)).chain([self.correction.as_str()]);
         if names.any(|name| !is_xml_name(name)) || !is_xml_name(&self.sen_type) {
@@ -162,9 +162,9 @@ impl TagMap {
     }
 
     /// Whether a mapped element has all the attributes that a state needs: of the external axes only the rail.
-    pub(super) fn is_complete(&self, seen: &[u8; Group::ALL.len()]) -> bool {
-        Group::ALL.iter().all(|&group| {
-            let needed = if matches!(group, Group::External | Group::ExternalAsked) { 0b1 } else { 0b11_1111 };
+    pub(super) fn is_complete(&self, seen: &[u8; RsiGroup::ALL.len()]) -> bool {
+        RsiGroup::ALL.iter().all(|&group| {
+            let needed = if matches!(group, RsiGroup::External | RsiGroup::ExternalAsked) { 0b1 } else { 0b11_1111 };
             self.element(group).is_none() || seen[group as usize] & needed == needed
         })
     }

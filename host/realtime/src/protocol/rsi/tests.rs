@@ -3,9 +3,9 @@
 use super::controller::{Krc, KrcSettings};
 use super::driver::RsiRobot;
 use super::tags::{Correction, TagMap};
-use crate::protocol::Controller;
+use crate::protocol::EmulatedController;
 use crate::protocol::memory::{MemoryPort, local, peer, state_at};
-use crate::signals::{AXES, LinkFault, Order, RAIL, Robot, RobotState};
+use crate::signals::{AXES, LinkFault, Order, RAIL, RobotLink, RobotState};
 use crate::time::Nanos;
 
 const START: [f64; AXES] = [0.1, -1.5, 1.4, 0.0, 0.5, -0.3, 1.2];

@@ -55,7 +55,7 @@ const HOP: u32 = 300;
 
 /// One device with its drive.
 #[derive(Debug)]
-pub struct Device {
+pub struct EmulatedDevice {
     memory: Vec<u8>,
     sii: Vec<u8>,
     /// The drive behind the controller.
@@ -66,7 +66,7 @@ pub struct Device {
     refreshed: Nanos,
 }
 
-impl Device {
+impl EmulatedDevice {
     /// A device in INIT at a place in the segment.
     pub fn new(drive: DriveModel, place: u32, last: bool) -> Self {
         let mut memory = vec![0; MEMORY];

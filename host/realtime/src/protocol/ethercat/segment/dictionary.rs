@@ -1,7 +1,7 @@
 //! The object dictionary of a drive: its mapping and the parameters that can be written.
 
 use super::super::cia402::mode;
-use super::super::mapping::{Entry, object};
+use super::super::mapping::{PdoEntry, object};
 use std::collections::BTreeMap;
 
 /// SDO abort codes.
@@ -19,8 +19,8 @@ const INPUT_PDO: u16 = 0x1A00;
 /// Objects of a drive.
 #[derive(Clone, Debug)]
 pub(super) struct Dictionary {
-    pub(super) outputs: Vec<Entry>,
-    pub(super) inputs: Vec<Entry>,
+    pub(super) outputs: Vec<PdoEntry>,
+    pub(super) inputs: Vec<PdoEntry>,
     /// What can be written: value and length in bytes.
     parameters: BTreeMap<(u16, u8), (u32, u8)>,
 }
@@ -28,7 +28,7 @@ pub(super) struct Dictionary {
 impl Dictionary {
     /// The usual objects: 6040, 607A, 60FF, 6060 out; 6041, 6064, 606C, 6061, 6077, 603F in.
     pub(super) fn new() -> Self {
-        let entries = |words: &[u32]| words.iter().map(|word| Entry::from_word(*word)).collect();
+        let entries = |words: &[u32]| words.iter().map(|word| PdoEntry::from_word(*word)).collect();
         let parameters = [
             ((object::MODE, 0), (0, 1)),
             ((object::FOLLOWING_WINDOW, 0), (20_000, 4)),
@@ -49,7 +49,7 @@ impl Dictionary {
 
     /// Value and length in bytes of an object.
     pub(super) fn read(&self, index: u16, subindex: u8) -> Option<(u32, u8)> {
-        let list = |entries: &[Entry]| match usize::from(subindex) {
+        let list = |entries: &[PdoEntry]| match usize::from(subindex) {
             0 => Some((entries.len() as u32, 1)),
             place => entries.get(place - 1).map(|entry| (entry.to_word(), 4)),
         };

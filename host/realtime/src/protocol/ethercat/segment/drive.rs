@@ -1,7 +1,7 @@
 //! The drive of a device: CiA 402 states, a first-order lag behind its target, a fault when a target jumps.
 
 use super::super::cia402::mode;
-use super::super::mapping::{Entry, object};
+use super::super::mapping::{PdoEntry, object};
 use super::dictionary::Dictionary;
 
 /// Counts that an axis stands at and is told when its operation is enabled.
@@ -97,7 +97,7 @@ impl DriveModel {
 
     /// The same drive with other objects in its process data.
     pub fn with_mapping(mut self, outputs: &[u32], inputs: &[u32]) -> Self {
-        let entries = |words: &[u32]| words.iter().map(|word| Entry::from_word(*word)).collect();
+        let entries = |words: &[u32]| words.iter().map(|word| PdoEntry::from_word(*word)).collect();
         (self.objects.outputs, self.objects.inputs) = (entries(outputs), entries(inputs));
         self
     }

@@ -10,7 +10,7 @@ mod mailbox;
 mod responder;
 mod sii;
 
-pub use device::Device;
+pub use device::EmulatedDevice;
 pub use drive::{DriveModel, Enabling};
 pub use responder::Responder;
 
@@ -24,9 +24,9 @@ const WORKING_COUNTER: usize = 2;
 
 /// Devices in the order in which a frame passes them.
 #[derive(Debug)]
-pub struct Segment {
+pub struct EthercatSegment {
     /// The devices.
-    pub devices: Vec<Device>,
+    pub devices: Vec<EmulatedDevice>,
     /// Frames with process data that have passed.
     pub exchanges: u64,
     /// Not 0: one frame in eight comes back with a wrong byte; the state of the generator of random numbers.
@@ -59,11 +59,11 @@ impl Datagram {
     }
 }
 
-impl Segment {
+impl EthercatSegment {
     /// A segment of drives.
     pub fn new(drives: Vec<DriveModel>) -> Self {
         let last = drives.len().saturating_sub(1);
-        let devices = drives.into_iter().enumerate().map(|(i, drive)| Device::new(drive, i as u32, i == last));
+        let devices = drives.into_iter().enumerate().map(|(i, drive)| EmulatedDevice::new(drive, i as u32, i == last));
         Self { devices: devices.collect(), exchanges: 0, garble: 0 }
     }
 

@@ -1,7 +1,7 @@
 //! A segment on an interface: a thread that takes frames, lets them pass, and sends them back.
 
 use super::super::raw::{MAX_FRAME, RawSocket};
-use super::Segment;
+use super::EthercatSegment;
 use crate::clock::{Clock, Monotonic};
 use crate::time::Nanos;
 use std::io;
@@ -15,7 +15,7 @@ const WAIT: Nanos = Nanos::from_millis(20);
 /// Answers on an interface until it is dropped.
 #[derive(Debug)]
 pub struct Responder {
-    segment: Arc<Mutex<Segment>>,
+    segment: Arc<Mutex<EthercatSegment>>,
     ending: Arc<AtomicBool>,
     thread: Option<JoinHandle<io::Result<()>>>,
 }
@@ -25,7 +25,7 @@ impl Responder {
     ///
     /// # Errors
     /// If there is no such interface or raw sockets are not permitted.
-    pub fn start(interface: &str, segment: Segment) -> io::Result<Self> {
+    pub fn start(interface: &str, segment: EthercatSegment) -> io::Result<Self> {
         let socket = RawSocket::open(interface)?;
         let segment = Arc::new(Mutex::new(segment));
         let ending = Arc::new(AtomicBool::new(false));
@@ -38,7 +38,7 @@ impl Responder {
     }
 
     /// The segment, to look at it or to inject a fault; frames wait meanwhile.
-    pub fn segment(&self) -> MutexGuard<'_, Segment> {
+    pub fn segment(&self) -> MutexGuard<'_, EthercatSegment> {
         self.segment.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
@@ -60,7 +60,7 @@ fn raise_priority() {
     unsafe { libc::sched_setscheduler(0, libc::SCHED_FIFO, &raw const parameters) };
 }
 
-fn serve(socket: &RawSocket, segment: &Mutex<Segment>, ending: &AtomicBool) -> io::Result<()> {
+fn serve(socket: &RawSocket, segment: &Mutex<EthercatSegment>, ending: &AtomicBool) -> io::Result<()> {
     let mut frame = [0; MAX_FRAME];
     while !ending.load(Ordering::Relaxed) {
         socket.wait(Monotonic.now() + WAIT)?;

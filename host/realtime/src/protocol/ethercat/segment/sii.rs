@@ -53,7 +53,7 @@ fn category(image: &mut Vec<u8>, kind: u16, data: &[u8]) {
 
 /// Start, length, control, enable and use of each.
 fn sync_managers(drive: &DriveModel) -> Vec<u8> {
-    let bytes = |entries: &[super::super::mapping::Entry]| {
+    let bytes = |entries: &[super::super::mapping::PdoEntry]| {
         entries.iter().map(|entry| u16::from(entry.bits)).sum::<u16>().div_ceil(8)
     };
     let mailbox = mailbox::LENGTH as u16;

@@ -24,7 +24,7 @@ fn frame(datagrams: &[(u8, u32, &[u8])]) -> Vec<u8> {
 }
 
 /// Data and working counter of the only datagram.
-fn send(segment: &mut Segment, command: u8, address: u32, data: &[u8]) -> (Vec<u8>, u16) {
+fn send(segment: &mut EthercatSegment, command: u8, address: u32, data: &[u8]) -> (Vec<u8>, u16) {
     let mut frame = frame(&[(command, address, data)]);
     assert!(segment.pass(Nanos(1_000), &mut frame));
     assert_eq!(frame[6], 0x12, "the first device marks the source address");
@@ -36,12 +36,12 @@ fn physical(device: u16, register: u16) -> u32 {
     u32::from(register) << 16 | u32::from(device)
 }
 
-fn segment(count: usize) -> Segment {
-    Segment::new((0..count).map(|i| DriveModel::new(100 * i as i32)).collect())
+fn segment(count: usize) -> EthercatSegment {
+    EthercatSegment::new((0..count).map(|i| DriveModel::new(100 * i as i32)).collect())
 }
 
 /// Stations 0x1000, 0x1001, .. by position.
-fn addressed(count: usize) -> Segment {
+fn addressed(count: usize) -> EthercatSegment {
     let mut segment = segment(count);
     for i in 0..count as u16 {
         let (_, counter) = send(&mut segment, 2, physical(0u16.wrapping_sub(i), 0x0010), &(0x1000 + i).to_le_bytes());
@@ -70,7 +70,7 @@ fn one_device_is_reached_by_its_place_and_by_its_station() {
 #[test]
 fn states_change_one_at_a_time_and_refusals_say_why() {
     let mut segment = addressed(1);
-    let state = |segment: &mut Segment, asked: u8| {
+    let state = |segment: &mut EthercatSegment, asked: u8| {
         send(segment, 5, physical(0x1000, 0x0120), &[asked, 0]);
         let (status, _) = send(segment, 4, physical(0x1000, 0x0130), &[0; 6]);
         (status[0], u16::from_le_bytes([status[4], status[5]]))
@@ -145,7 +145,7 @@ fn outputs_stop_when_frames_stop_for_as_long_as_the_registers_say() {
 fn the_reference_clock_is_read_from_one_and_written_to_the_others() {
     let mut drive = DriveModel::new(0);
     drive.clocks = true;
-    let mut segment = Segment::new(vec![drive; 3]);
+    let mut segment = EthercatSegment::new(vec![drive; 3]);
     for i in 0..3u16 {
         send(&mut segment, 2, physical(0u16.wrapping_sub(i), 0x0010), &(0x1000 + i).to_le_bytes());
     }

@@ -4,8 +4,8 @@ use super::super::context::rsi_ethernet;
 use super::*;
 use proptest::prelude::*;
 
-const PLAIN: Expected =
-    Expected { mode: Correction::Absolute, cycle: Nanos::from_millis(4), rail: false, torque: None };
+const PLAIN: RsiExpectation =
+    RsiExpectation { mode: Correction::Absolute, cycle: Nanos::from_millis(4), rail: false, torque: None };
 
 /// A file in another hand: header, comments, capitals and blanks as they come, further channels, a unit.
 const THEIRS: &str = r#"<?xml version="1.0"?>
@@ -57,7 +57,7 @@ fn name(text: &str) -> Option<String> {
 
 #[test]
 fn a_file_in_another_hand_gives_its_tag_map() {
-    let expected = Expected { rail: true, ..PLAIN };
+    let expected = RsiExpectation { rail: true, ..PLAIN };
     let file = read_rsi_ethernet(THEIRS, &expected).unwrap();
     let tags = TagMap {
         sen_type: "Cell7".to_owned(),
@@ -119,7 +119,7 @@ fn every_flaw_is_named_with_its_line_and_element() {
         ("<root>", "<Rob>", "line 2, XML: the outermost element is ROB, must be ROOT"),
         ("<SENTYPE>", "<SENTYPE>&amp;", "line 7, XML: entities and CDATA"),
     ];
-    let expected = Expected { rail: true, ..PLAIN };
+    let expected = RsiExpectation { rail: true, ..PLAIN };
     for (good, bad, said) in flaws {
         let text = THEIRS.replacen(good, bad, 1);
         assert_ne!(text, THEIRS, "{good}");
@@ -145,7 +145,7 @@ fn cartesian_corrections_are_refused_in_words() {
 
 #[test]
 fn increments_must_not_be_held() {
-    let relative = Expected { mode: Correction::Relative, ..PLAIN };
+    let relative = RsiExpectation { mode: Correction::Relative, ..PLAIN };
     let error = read_rsi_ethernet(THEIRS, &relative).unwrap_err().to_string();
     assert!(error.contains("line 29, ELEMENT TAG=\"AK.A1\": HOLDON is 1, must be 0: an increment"), "{error}");
     assert!(read_rsi_ethernet(&THEIRS.replace("HOLDON=\"1\"", "HOLDON=\"0\""), &relative).is_ok());
@@ -155,7 +155,7 @@ fn increments_must_not_be_held() {
 fn torques_are_named_where_their_name_does_not_say_so() {
     let text = THEIRS.replace("AITrq", "AILoad");
     assert_eq!(read_rsi_ethernet(&text, &PLAIN).unwrap().tags.torque, None);
-    let named = |torque| read_rsi_ethernet(&text, &Expected { torque: Some(torque), ..PLAIN });
+    let named = |torque| read_rsi_ethernet(&text, &RsiExpectation { torque: Some(torque), ..PLAIN });
     assert_eq!(named("AILoad").unwrap().tags.torque, name("AILoad"));
     let error = named("AIEff").unwrap_err().to_string();
     assert!(error.contains("elements with A1 to A6 are: AIVel, AILoad"), "{error}");
@@ -198,7 +198,7 @@ proptest! {
     fn what_is_written_is_read_back(tags in maps(), port in 1..=u16::MAX) {
         prop_assume!(tags.check().is_ok());
         let text = rsi_ethernet(&tags, format!("192.168.1.10:{port}").parse().unwrap());
-        let expected = Expected { mode: tags.mode, cycle: tags.cycle, rail: tags.rail, torque: None };
+        let expected = RsiExpectation { mode: tags.mode, cycle: tags.cycle, rail: tags.rail, torque: None };
         let file = read_rsi_ethernet(&text, &expected);
         prop_assert_eq!(file, Ok(EthernetFile { tags, host: "192.168.1.10".to_owned(), port }));
     }

@@ -1,6 +1,6 @@
-//! The terminal as the operator of a session, with the page beside it if one is served; signals and panics.
+//! The terminal as the operator of a session, with the web page if one is served; signals and panics.
 
-use crate::words::{say, warn};
+use crate::terminal::{print, warn};
 use softdock_realtime::drive::controls::Controls;
 use softdock_realtime::drive::feed::Samples;
 use softdock_realtime::drive::runner::Alarms;
@@ -12,35 +12,35 @@ use softdock_session::page::OperatorPage;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-/// SIGINT, SIGTERM and panics of any thread end in a controlled stop.
-pub(super) fn listen(alarms: &Arc<Alarms>, controls: &Arc<Controls>) {
+/// Turns SIGINT, SIGTERM and panics of any thread into a controlled stop.
+pub(crate) fn handle_alarms(alarms: &Arc<Alarms>, controls: &Arc<Controls>) {
     let (for_signals, view) = (Arc::clone(alarms), Arc::clone(controls));
     // Without a handler the signal ends the process, and the controllers' own time-outs stop the robots.
     let _ = ctrlc::set_handler(move || {
         for_signals.signals.fetch_add(1, Ordering::Relaxed);
         view.leave();
     });
-    let (for_panics, before) = (Arc::clone(alarms), std::panic::take_hook());
+    let (for_panics, previous) = (Arc::clone(alarms), std::panic::take_hook());
     std::panic::set_hook(Box::new(move |info| {
         for_panics.panicked.store(true, Ordering::Relaxed);
-        before(info);
+        previous(info);
     }));
 }
 
-/// The terminal of the command, and the page if one is served.
-pub(super) struct Terminal {
-    pub(super) page: Option<OperatorPage>,
+/// The terminal, and the web page if one is served.
+pub(crate) struct SessionTerminal {
+    pub(crate) page: Option<OperatorPage>,
 }
 
-impl Operator for Terminal {
+impl Operator for SessionTerminal {
     fn notice(&self, notice: &SessionNotice) {
-        if notice.is_warning() { warn(notice) } else { say(notice) }
+        if notice.is_warning() { warn(notice) } else { print(notice) }
     }
 
     fn watch(&self, samples: Samples, budgets: Budgets, controls: &Controls) {
         let mut watch = |view: &View| self.page.iter().for_each(|page| page.board().show(view));
         if let Err(error) = show(samples, budgets, controls, &mut watch) {
-            warn(format!("the view has failed ({error}); the run goes on, Ctrl-C stops it"));
+            warn(format!("the terminal view failed ({error}); the run continues, Ctrl-C stops it"));
         }
     }
 

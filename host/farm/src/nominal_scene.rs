@@ -1,23 +1,21 @@
 //! The nominal start of a campaign as a drawing.
 
-use crate::words::{refuse, warn};
+use crate::error::{FarmError, Result};
 use softdock_analysis::scene_svg;
 use softdock_campaign::Campaign;
 use softdock_campaign::overlap::without_robots;
-use std::fs;
 use std::path::Path;
 
 /// Draws the nominal start into an SVG file; variants of the facility share it.
 ///
 /// # Errors
 /// If the file cannot be written.
-pub(crate) fn draw_scene(campaign: &Campaign, path: &Path) -> miette::Result<()> {
+pub fn draw_nominal_start(campaign: &Campaign, path: &Path) -> Result<()> {
     let scenario = &campaign.scenario;
     let heading = format!("{}: {}, nominal start", scenario.id, scenario.title);
     let svg = scene_svg(&heading, &without_robots(&scenario.model), &campaign.nominal());
-    fs::write(path, svg).map_err(|error| {
-        refuse(format!("`{}` cannot be written: {error}", path.display()), "name a file in a folder that exists")
-    })?;
-    warn(format!("scene  {}", path.display()));
-    Ok(())
+    std::fs::write(path, svg).map_err(|error| {
+        let message = format!("`{}` cannot be written: {error}", path.display());
+        FarmError::refused(message, "name a file in a folder that exists")
+    })
 }

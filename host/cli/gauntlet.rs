@@ -1,0 +1,103 @@
+//! `softdock bench diagnosis`: runs the missing cases of the gauntlet, then scores all finished ones.
+
+use crate::progress::{listen, stopped};
+use crate::terminal::{Exit, Format, Outcome, print, warn, write};
+use crate::values::named;
+use clap::Args;
+use softdock_bench::cases::{count_missing, lay_out_case, run_missing, score_files, selected};
+use softdock_bench::plan::{Case, Extent, Wanted, plan, shard};
+use softdock_bench::record::Ledger;
+use softdock_bench::score::{score, scored};
+use softdock_bench::{GauntletError, summary_text};
+use softdock_diagnosis::command_line::CommandLine;
+use softdock_farm::{Part, default_results};
+use std::path::{Path, PathBuf};
+
+/// Score the diagnosis on recordings with known causes: correct names, false alarms, intervals, cost.
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Effects are hidden in recordings of simulated rigs, in multiples of s*, the smallest size that an oracle detects in the
+same data. The truth is sealed (BLAKE3) before the diagnosis gets model and recordings, and opened to score it.
+
+Each finished case is one line of answers-*.jsonl in the folder, and is not run again, nor is s* (scales-*.jsonl): the
+same command resumes. Workers share a folder by --shard; the score counts the finished cases of all. Seconds of one
+core that a case takes: command 3, body 5, sensor, drive and contact 7, robot 30, facility 60 to 150. The full
+size has 5280 cases of the drive, 2280 of the sensor, 2700 of the contact, 1760 of the command, 1180 of the body, and
+324 of the facility.
+
+Exit codes: 0 every demand is met, 1 some demand is not met, 2 bad input, 3 cases are missing.
+
+Examples:
+  softdock bench diagnosis
+  softdock bench diagnosis --size full --plants drive --shard 2/8 --out /data/score    (the second of eight workers)
+  softdock bench diagnosis --size full --only null --out /data/score                   (cases without an effect)
+  softdock bench diagnosis --size full --only effect --multiples 2,4 --out /data/score (effects that must be named)
+  softdock bench diagnosis --size full --out /data/score --score
+  softdock bench diagnosis --size full --lay-out drive.pair.J6_warm_up+C6_hold.x4.0 --out case    (inspect one case)")]
+pub(crate) struct BenchDiagnosisArgs {
+    /// Number of cases.
+    #[arg(long, value_name = "SIZE", value_parser = named(&Extent::NAMED), default_value = "ci")]
+    size: Extent,
+    /// Plants, separated by commas; by default all of the full size, the drive of the small one.
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    plants: Vec<String>,
+    /// Draws of every effect and size, in place of the size's own.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=10_000))]
+    draws: Option<u64>,
+    /// Run only the I-th of N parts of the cases.
+    #[arg(long, value_name = "I/N", default_value = "1/1", hide_default_value = true)]
+    shard: Part,
+    /// Run only cases whose name contains this text: `null`, `drive.pair`, `C1_transport_delay.x2`.
+    #[arg(long, value_name = "TEXT")]
+    only: Option<String>,
+    /// Run only cases of these sizes, in multiples of s*, separated by commas.
+    #[arg(long, value_name = "NUMBERS", value_delimiter = ',')]
+    multiples: Vec<f64>,
+    /// Run nothing: score the finished cases.
+    #[arg(long)]
+    score: bool,
+    /// Run nothing: write model and recordings of one case into the results folder, ready for `softdock diagnose`.
+    #[arg(long, value_name = "CASE", conflicts_with_all = ["score", "shard", "only", "multiples", "json"])]
+    lay_out: Option<String>,
+    /// Results folder; `results/bench_diagnosis_SIZE` if not given.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    #[command(flatten)]
+    format: Format,
+}
+
+pub(crate) fn bench_diagnosis(args: &BenchDiagnosisArgs) -> Outcome {
+    let wanted = Wanted { extent: args.size, plants: args.plants.clone(), draws: args.draws };
+    let all = plan(&wanted)?;
+    let folder = args.out.clone().unwrap_or_else(|| default_results(&format!("bench_diagnosis_{}", args.size.word())));
+    if let Some(id) = &args.lay_out {
+        let command = lay_out_case(&all, id, &folder)?;
+        print(format!("{id}; its truth is in {}/sealed\n\n  {command}", folder.display()));
+        return Ok(Exit::Done);
+    }
+    if !args.score {
+        run(&all, args, &folder)?;
+    }
+    let score = score(&scored(&folder)?);
+    let plants = Some(args.plants.join(",")).filter(|_| !args.plants.is_empty());
+    let command = CommandLine::new("bench diagnosis", &[] as &[&Path]).option("size", Some(args.size.word()));
+    let command = command.option("plants", plants).option("draws", args.draws).text();
+    let (figures, files) = score_files(&score, &command)?;
+    let written = write(&folder, &files)?;
+    args.format.print(|| figures, || format!("{}\n{written}", summary_text::text(&score)));
+    let missing = count_missing(&all, &folder)?;
+    if missing > 0 {
+        warn(format!("{missing} of {} cases are missing; the same command resumes", all.len()));
+        return Ok(Exit::Incomplete);
+    }
+    Ok(if score.is_met() { Exit::Done } else { Exit::NotVerified })
+}
+
+/// Runs the selected part of the cases; prints nothing of a truth before the score.
+fn run(all: &[Case], args: &BenchDiagnosisArgs, folder: &Path) -> Result<(), GauntletError> {
+    let (number, of) = (args.shard.index as usize + 1, args.shard.count as usize);
+    let own = shard(selected(all, args.only.as_deref().unwrap_or(""), &args.multiples)?, number, of);
+    let ledger = Ledger::open(folder, number, of)?;
+    listen();
+    run_missing(own, &ledger, &stopped, &mut |case| warn(case.text()))
+}
