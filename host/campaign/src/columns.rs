@@ -8,7 +8,7 @@ use crate::written::robot::LogTable;
 
 /// A column and what turns it into SI: `factor * column + offset`.
 #[derive(Clone, Debug, PartialEq)]
-pub struct LogColumn {
+pub struct RecordedColumn {
     /// Name of the column.
     pub name: String,
     /// SI per unit of the column.
@@ -17,7 +17,7 @@ pub struct LogColumn {
     pub offset: f64,
 }
 
-impl LogColumn {
+impl RecordedColumn {
     /// The column of a signal with a given SI unit.
     pub(crate) fn read(c: &mut Checker, written: &At<LogTable>, si: &'static str) -> Option<Self> {
         let t = &written.value;

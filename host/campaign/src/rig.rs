@@ -1,7 +1,7 @@
 //! A bench rig's model file, checked: what is measured, what is known of it, and how well.
 
 use crate::check::Checker;
-use crate::columns::LogColumn;
+use crate::columns::RecordedColumn;
 pub use crate::found::sliding;
 use crate::found::{is_known, with_parameters};
 use crate::problem::Problems;
@@ -45,7 +45,7 @@ pub struct Rig {
     /// What it is.
     pub plant: RigModel,
     /// Columns of its recordings by signal.
-    pub log: BTreeMap<String, LogColumn>,
+    pub log: BTreeMap<String, RecordedColumn>,
     /// The model file's name, without its folder.
     pub file: String,
     source: Source,
@@ -228,7 +228,11 @@ fn missing(c: &mut Checker, file: &RigFile, needed: &[&str]) {
     }
 }
 
-fn columns(c: &mut Checker, file: &RigFile, known: &[(&'static str, &'static str)]) -> BTreeMap<String, LogColumn> {
+fn columns(
+    c: &mut Checker,
+    file: &RigFile,
+    known: &[(&'static str, &'static str)],
+) -> BTreeMap<String, RecordedColumn> {
     let mut columns = BTreeMap::new();
     for (name, written) in &file.log {
         let Some((_, unit)) = known.iter().find(|row| row.0 == name) else {
@@ -237,7 +241,7 @@ fn columns(c: &mut Checker, file: &RigFile, known: &[(&'static str, &'static str
             c.refuse(&written.span, message, suggestion(name, &names));
             continue;
         };
-        if let Some(column) = LogColumn::read(c, written, unit) {
+        if let Some(column) = RecordedColumn::read(c, written, unit) {
             columns.insert(name.clone(), column);
         }
     }

@@ -102,7 +102,7 @@ pub struct CardCampaign {
     /// Seconds of the whole, from the campaign to its page.
     pub seconds: f64,
     /// Seconds of each phase.
-    pub phases: Vec<Phase>,
+    pub phases: Vec<CardPhase>,
     /// Runs repeated in f64.
     pub parity: Option<Parity>,
     /// Whether it is complete.
@@ -111,7 +111,7 @@ pub struct CardCampaign {
 
 /// Time of one phase.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Phase {
+pub struct CardPhase {
     /// `run`, `parity`, `half step`, and `rest`: kernels, judgement, time histories, files, page.
     pub name: &'static str,
     /// Runs that it makes; none for the rest.
@@ -211,7 +211,7 @@ fn timed_campaign(mut campaign: Campaign, results: &Path, context: Context) -> R
     };
     let mut phases = timer.phases.into_inner().expect("no holder panics");
     let rest = seconds - phases.iter().map(|phase| phase.seconds).sum::<f64>();
-    phases.push(Phase { name: "rest", runs: None, seconds: rest });
+    phases.push(CardPhase { name: "rest", runs: None, seconds: rest });
     Ok(CardCampaign { id, runs, seconds, phases, parity, is_complete })
 }
 
@@ -243,7 +243,7 @@ fn faults(loss: &DeviceLoss, campaign: &CardCampaign) -> Vec<String> {
 struct PhaseTimer<'a> {
     inner: &'a dyn Observer,
     begun: Mutex<Option<(Instant, u64)>>,
-    phases: Mutex<Vec<Phase>>,
+    phases: Mutex<Vec<CardPhase>>,
 }
 
 impl Observer for PhaseTimer<'_> {
@@ -259,7 +259,7 @@ impl Observer for PhaseTimer<'_> {
     fn end(&self, work: Work) {
         if let Some((began, runs)) = self.begun.lock().expect("no holder panics").take() {
             let seconds = began.elapsed().as_secs_f64();
-            let phase = Phase { name: work.name(), runs: Some(runs), seconds };
+            let phase = CardPhase { name: work.name(), runs: Some(runs), seconds };
             self.phases.lock().expect("no holder panics").push(phase);
         }
         self.inner.end(work);

@@ -66,7 +66,7 @@ pub trait SimulationComputer: Send {
 }
 
 /// A facility that stands in for a real one: both robots, contact and sensor, tick by tick.
-pub trait EmulatedFacility: Send {
+pub trait SimulatedFacility: Send {
     /// Puts both robots at rest at their references.
     fn stand(&mut self, reference: &Parts<f64>);
 
@@ -111,7 +111,7 @@ pub fn emulated_facility(
     key: [u32; 2],
     run: u64,
     params: &Params<f64>,
-) -> Box<dyn EmulatedFacility> {
+) -> Box<dyn SimulatedFacility> {
     let mut model = (***plant).clone();
     (model.facility.impedance, model.facility.test_motion) = (None, None);
     let plant = Plant::new(model);
@@ -244,7 +244,7 @@ struct Facility {
     interface: Interface<f64>,
 }
 
-impl EmulatedFacility for Facility {
+impl SimulatedFacility for Facility {
     fn stand(&mut self, reference: &Parts<f64>) {
         let (m, t) = (&self.plant, &mut self.lanes);
         let rest = |motion: Motion<f64>| Motion { velocity: Vec3::zero(), omega: Vec3::zero(), ..motion };

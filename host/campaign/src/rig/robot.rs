@@ -2,7 +2,7 @@
 
 use super::drive::{DriveRig, REVOLUTE, tolerance};
 use crate::check::Checker;
-use crate::columns::LogColumn;
+use crate::columns::RecordedColumn;
 use crate::found::{is_known_at, with_parameters};
 use crate::ranges::Range;
 use crate::robot::{Quantity, Robot};
@@ -27,7 +27,7 @@ pub struct RobotRig {
 pub const AXIS_SIGNALS: [&str; 4] = ["ref", "q", "q_link", "tau"];
 
 /// The robot, its columns by signal, and its model file.
-pub(super) fn robot(c: &mut Checker, file: &RigFile) -> Option<(RobotRig, BTreeMap<String, LogColumn>, Source)> {
+pub(super) fn robot(c: &mut Checker, file: &RigFile) -> Option<(RobotRig, BTreeMap<String, RecordedColumn>, Source)> {
     let Some(written) = &file.robot else {
         let message = "a rig of kind \"robot\" needs the table [robot]";
         c.refuse(&file.kind.span, message, "add [robot] with model, a robot's file");
@@ -119,7 +119,7 @@ fn inertia_in_the_middle<const N: usize>(robot: &Manipulator, axis: usize) -> f6
 }
 
 /// The columns of a recording; torques at the motor's side count at the joint's.
-fn columns(robot: &Robot) -> BTreeMap<String, LogColumn> {
+fn columns(robot: &Robot) -> BTreeMap<String, RecordedColumn> {
     let mut columns = BTreeMap::new();
     // Torques at the joints come last and stay, where both are recorded.
     for channel in &robot.log {

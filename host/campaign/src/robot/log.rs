@@ -1,7 +1,7 @@
 //! The column map of recordings: which signal stands in which column, in which unit.
 
 use crate::check::Checker;
-use crate::columns::LogColumn;
+use crate::columns::RecordedColumn;
 use crate::suggest::suggestion;
 use crate::written::At;
 use crate::written::robot::LogTable;
@@ -51,7 +51,7 @@ pub struct Channel {
     /// The signal's name in the file (`r1.q.1`).
     pub name: String,
     /// The column.
-    pub column: LogColumn,
+    pub column: RecordedColumn,
 }
 
 pub(super) fn read(c: &mut Checker, table: &BTreeMap<String, At<LogTable>>, joints: usize) -> Vec<Channel> {
@@ -76,7 +76,7 @@ fn channel(c: &mut Checker, name: &str, written: &At<LogTable>, joints: usize) -
         c.refuse(&written.span, message, suggestion(name, &known));
         return None;
     };
-    let column = LogColumn::read(c, written, si)?;
+    let column = RecordedColumn::read(c, written, si)?;
     Some(Channel { signal, name: name.to_owned(), column })
 }
 

@@ -74,7 +74,7 @@ pub fn read(path: &Path, rig: &Rig) -> Result<(Vec<Piece>, Vec<Finding>)> {
     }
     let columns = rig.log.iter().map(|(signal, column)| (signal.as_str(), column.name.as_str())).collect();
     let raw = Wanted { columns, named: Named::By(&rig.file), gaps: Gaps::Kept }.read(path)?;
-    let in_si = |((name, column), values): ((&String, &softdock_campaign::columns::LogColumn), Vec<f64>)| {
+    let in_si = |((name, column), values): ((&String, &softdock_campaign::columns::RecordedColumn), Vec<f64>)| {
         let values = values.iter().map(|value| value * column.factor + column.offset).collect();
         (name.clone(), values)
     };

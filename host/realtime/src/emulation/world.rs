@@ -5,7 +5,7 @@ use crate::arms::Arms;
 use crate::sensing::Sensing;
 use crate::signals::AXES;
 use softdock_campaign::Station;
-use softdock_kernels::frame::single::{EmulatedFacility, Measured, emulated_facility};
+use softdock_kernels::frame::single::{Measured, SimulatedFacility, emulated_facility};
 use softdock_kernels::manipulator::cell::Misplaced;
 use softdock_kernels::monitor::Watch;
 use softdock_kernels::params::Params;
@@ -38,7 +38,7 @@ pub struct World {
     made_of: ([u32; 2], u64, Params<f64>),
     arms: Arms,
     sensing: Sensing,
-    facility: Box<dyn EmulatedFacility>,
+    facility: Box<dyn SimulatedFacility>,
     /// Commanded poses of the last ticks, newest first.
     past: [Parts<f64>; 2],
     /// The robots' axes, as they follow their targets by themselves.
