@@ -16,19 +16,19 @@ use std::f64::consts::TAU;
 const FIXTURE: EffectId = EffectId::of("K10_fixture");
 
 bundle! {
-    /// How far part B's mount has given way; written by the fixture stage.
+    /// Deflection of part B's mount; written by the fixture stage.
     Fixture {
         shift: Vec3<R>, "m", "displacement of part B on its mount, laboratory";
         velocity: Vec3<R>, "m/s", "rate of the displacement";
     }
 }
 
-/// Whether part B's mount may give way at all.
-pub fn gives_way(m: &Plant) -> bool {
+/// Whether part B's mount is compliant.
+pub fn is_compliant(m: &Plant) -> bool {
     m.effects.has(FIXTURE)
 }
 
-/// A mount that has not given way.
+/// A mount without deflection.
 #[inline(always)]
 pub(crate) fn at_rest<R: Real>() -> Fixture<R> {
     crate::fields::filled(R::lit(0.0))
@@ -54,7 +54,7 @@ pub fn push_fixture<R: Real>(m: &Plant, p: &Params<R>, s: &Robots<R>, w: Wrench<
 /// Part B where its mount holds it.
 #[inline(always)]
 pub(crate) fn on_fixture<R: Real>(m: &Plant, s: &Fixture<R>, b: Motion<R>) -> Motion<R> {
-    if !gives_way(m) {
+    if !is_compliant(m) {
         return b;
     }
     Motion { position: b.position + s.shift, velocity: b.velocity + s.velocity, ..b }

@@ -15,7 +15,7 @@ use crate::compensator::Compensation;
 use crate::contact::{Pair, Point, hil_pair, space_pair};
 use crate::delay_line::Line;
 use crate::fields::Bundle;
-use crate::impedance::Yielding;
+use crate::impedance::Admittance;
 use crate::lanes::Lane;
 use crate::load::{Load, loaded};
 use crate::monitor::{self, Touch, Watch};
@@ -100,7 +100,7 @@ struct FacilityLanes<L: Lane> {
     lost: L,
     dropped: L,
     tracking: Tracking<L>,
-    yielding: Yielding<L>,
+    admittance: Admittance<L>,
     session: Session<L>,
     commands: Line<L, Parts<L>>,
     wrenches: Line<L, Wrench<L>>,

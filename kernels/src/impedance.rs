@@ -1,4 +1,4 @@
-//! Impedance control: the outer loop by which robot 1 gives way to the measured wrench.
+//! Impedance control of robot 1: an outer loop that turns the measured wrench into a motion (an admittance).
 //!
 //! M X'' + B X' + K X = E with the measured wrench E on part A, laboratory axes about A's origin; X is added to the
 //! commanded pose, and the robot's own loops follow the sum (position-based impedance).
@@ -12,7 +12,7 @@ use crate::vector::{Quat, Vec3, vec3};
 
 bundle! {
     /// How far robot 1 has given way; written by the impedance stage.
-    Yielding {
+    Admittance {
         shift: Vec3<R>, "m", "displacement of the command, laboratory";
         turn: Vec3<R>, "rad", "rotation vector of the command, laboratory";
         velocity: Vec3<R>, "m/s", "rate of the displacement";
@@ -22,13 +22,13 @@ bundle! {
 
 /// Nothing has given way.
 #[inline(always)]
-pub fn not_yielding<R: Real>() -> Yielding<R> {
+pub fn no_admittance<R: Real>() -> Admittance<R> {
     crate::fields::filled(R::lit(0.0))
 }
 
 /// One substep under the measured wrench (part A's axes); semi-implicit, so that the newest wrench acts at once.
 #[inline(always)]
-pub fn yield_to<R: Real>(m: &Plant, s: &Yielding<R>, a: Motion<R>, measured: Wrench<R>) -> Yielding<R> {
+pub fn step_admittance<R: Real>(m: &Plant, s: &Admittance<R>, a: Motion<R>, measured: Wrench<R>) -> Admittance<R> {
     let Some(law) = &m.facility.impedance else {
         return *s;
     };
@@ -43,12 +43,12 @@ pub fn yield_to<R: Real>(m: &Plant, s: &Yielding<R>, a: Motion<R>, measured: Wre
     let (velocity, omega) = split(times(&law.inverse_mass, &rest));
     let dt = R::lit(m.timing.substep);
     let (velocity, omega) = (velocity.scale_add(dt, s.velocity), omega.scale_add(dt, s.omega));
-    Yielding { shift: velocity.scale_add(dt, s.shift), turn: omega.scale_add(dt, s.turn), velocity, omega }
+    Admittance { shift: velocity.scale_add(dt, s.shift), turn: omega.scale_add(dt, s.turn), velocity, omega }
 }
 
 /// A command with what has given way added to part A's.
 #[inline(always)]
-pub fn displaced<R: Real>(m: &Plant, reference: &Parts<R>, s: &Yielding<R>) -> Parts<R> {
+pub fn displaced<R: Real>(m: &Plant, reference: &Parts<R>, s: &Admittance<R>) -> Parts<R> {
     if m.facility.impedance.is_none() {
         return *reference;
     }

@@ -19,7 +19,7 @@ bundle! {
         first_contact_force: R, "N", "largest contact force of the first contact; null without one";
         peak_contact_force: R, "N", "largest contact force, latch excluded";
         peak_latch_force: R, "N", "largest force of the latch";
-        peak_interface_force: R, "N", "largest sum of contact and latch force: what a load cell at the interface carries";
+        peak_interface_force: R, "N", "largest sum of contact and latch force: the load of a cell at the interface";
         peak_contact_moment: R, "N m", "largest moment of the contact about part A's origin, latch excluded";
         peak_latch_moment: R, "N m", "largest moment of the latch about part A's origin";
         peak_interface_moment: R, "N m", "largest sum of contact and latch moment about part A's origin";

@@ -329,7 +329,7 @@ pub struct Facility {
     pub robot1_share: f64,
     /// The rail under robot 1: its axis in the laboratory and its share of robot 1's motion along it.
     pub rail: Option<Rail>,
-    /// Ticks during which a lost command is replaced by the last pose carried on along its twist;
+    /// Ticks during which a lost command is replaced by the last pose, extrapolated along its twist;
     /// after that the pose alone is held.
     pub drop_hold_ticks: u32,
     /// The sensor samples every this many substeps.
@@ -348,7 +348,7 @@ pub struct Facility {
     pub load: Option<SensorLoad>,
     /// The sensor is tared at the start pose before each run.
     pub tared: bool,
-    /// How robot 1 gives way to the measured wrench; none follows its command alone.
+    /// Admittance of robot 1 under the measured wrench; without one it follows its command alone.
     pub impedance: Option<ImpedanceLaw>,
     /// A motion that is added to the robots' reference.
     pub test_motion: Option<TestMotion>,

@@ -22,7 +22,7 @@ bundle! {
     /// A mass on a spring inside the target.
     Mode {
         share: R, "1", "its share of the target's mass";
-        frequency: R, "1/s", "angular frequency in a target held fast";
+        frequency: R, "1/s", "angular frequency in a fixed target";
         damping: R, "1", "damping ratio";
     }
 }

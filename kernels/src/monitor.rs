@@ -58,7 +58,7 @@ bundle! {
         capture_offset: R, "m", "radial offset at capture, -1 before";
         miss_distance: R, "m", "least distance of the latch point from its seat";
         contact_work: R, "J", "work of the contact (latch excluded) on the parts";
-        absorbed: R, "J", "largest energy that the contact has held";
+        absorbed: R, "J", "largest energy stored in the contact";
         push: Wrench<R>, "1", "contact wrench of the last substep (latch excluded), for the work of the next";
         port_energy: R, "J", "energy through the port on the simulated side";
         hardware_energy: R, "J", "energy through the port on the hardware side";

@@ -37,10 +37,10 @@ bundle! {
         inertia_error: R, "1", "relative error of the target inertia in the facility's simulation";
         target_com_error: Vec3<R>, "m", "error of the target's centre of mass in the facility's simulation, target's body axes";
         slosh_share: R, "1", "share of the simulated target's mass that sways in its tank; 0 = none";
-        slosh_frequency: R, "Hz", "frequency of the swaying mass in a target held fast";
-        slosh_damping: R, "1", "damping ratio of the swaying mass";
+        slosh_frequency: R, "Hz", "frequency of the sloshing mass in a fixed target";
+        slosh_damping: R, "1", "damping ratio of the sloshing mass";
         appendage_share: R, "1", "share of the simulated target's mass on a flexible appendage; 0 = none";
-        appendage_frequency: R, "Hz", "frequency of the appendage on a target held fast";
+        appendage_frequency: R, "Hz", "frequency of the appendage on a fixed target";
         appendage_damping: R, "1", "damping ratio of the appendage";
         contact_stiffness_error: R, "1", "relative error of the contact stiffness of the parts mounted on the robots";
         contact_exponent_error: R, "1", "error of the exponent of force over depth of the mounted parts: the spring times (d / 1 mm)^e";
@@ -49,7 +49,7 @@ bundle! {
         contact_stribeck: R, "1", "share s by which the mounted parts' friction is higher at rest: mu (1 + s exp(-|v| / v_s)); 0 = none";
         contact_stribeck_speed: R, "m/s", "sliding speed v_s at which that share has fallen to 1/e";
         contact_anisotropy: R, "1", "share a by which the mounted parts' friction is higher along part B's y axis and lower across it: mu (1 + a cos 2 theta); 0 = none";
-        contact_adhesion: R, "N", "tension that each contact point of the mounted parts bears before it parts; 0 = none";
+        contact_adhesion: R, "N", "tension of each contact point of the mounted parts before it separates; 0 = none";
         fixture_compliance: R, "m/N", "compliance of part B's mount on robot 2, each translation; 0 = rigid";
         fixture_frequency: R, "Hz", "frequency of part B on its mount";
         fixture_damping: R, "1", "damping ratio of part B on its mount";
@@ -103,7 +103,7 @@ bundle! {
         compensator_stiffness: R, "N/m", "contact stiffness that the compensator assumes";
         compensator_margin: R, "1", "share by which virtual damping, or a lead that was switched up, exceeds what the assumed delay asks for";
         compensator_damping: R, "N s/m", "contact damping whose loss the compensator's energy observer allows for";
-        compensator_energy: R, "J", "energy that the facility may have given in a contact before the compensator injects damping";
+        compensator_energy: R, "J", "energy that the facility may inject in a contact before the compensator injects damping";
         compensator_threshold: R, "N", "measured force above which the compensator takes the parts to touch";
     }
 }

@@ -106,9 +106,9 @@ pub fn progress<R: Real>(m: &Plant, p: &Params<R>, share: R) -> R {
     R::select(R::lit(0.0).lt(p.command_hold), R::lit(1.0 / f64::from(m.timing.substeps)), share)
 }
 
-/// A command carried on along its twist for `periods` command periods (backwards if negative).
+/// Extrapolates a command along its twist by `periods` command periods (backwards if negative).
 #[inline(always)]
-pub fn carry_on<R: Real>(m: &Plant, parts: &Parts<R>, periods: R) -> Parts<R> {
+pub fn extrapolate<R: Real>(m: &Plant, parts: &Parts<R>, periods: R) -> Parts<R> {
     let time = periods * R::lit(m.timing.tick());
     Parts { a: move_on(parts.a, time), b: move_on(parts.b, time) }
 }
@@ -139,11 +139,11 @@ pub fn on_course<R: Real>(m: &Plant, p: &Params<R>, reference: &Parts<R>) -> Par
     Parts { a: move_on(reference.a, -(behind + lag1)), b: move_on(reference.b, -(behind + lag2)) }
 }
 
-/// What replaces a lost command: the last one, carried on along its twist for some ticks, then standing.
+/// Replacement of a lost command: the last one, extrapolated along its twist for some ticks, then at rest.
 #[inline(always)]
 pub fn substitute<R: Real>(m: &Plant, last: &Parts<R>, lost_before: R) -> Parts<R> {
     let moving = lost_before.lt(R::lit(f64::from(m.facility.drop_hold_ticks)));
-    let on = carry_on(m, last, R::lit(1.0));
+    let on = extrapolate(m, last, R::lit(1.0));
     Parts { a: on_or_standing(moving, on.a, last.a), b: on_or_standing(moving, on.b, last.b) }
 }
 

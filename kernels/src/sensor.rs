@@ -15,7 +15,7 @@ bundle! {
     /// The sensor; written by the sensor stage.
     Sensor {
         filtered: Wrench<R>, "1", "wrench behind the low-pass";
-        output: Wrench<R>, "1", "last sample as it leaves the sensor";
+        output: Wrench<R>, "1", "last sample of the sensor";
         saturated: R, "1", "1 once a channel has saturated";
     }
 }

@@ -199,7 +199,7 @@ pub const RULES: [RuleRow; 16] = [
         rule: Rule::ArmDistance,
         id: "arm_distance",
         unit: "m",
-        stops_on: "a command that brings the arms within {} of each other, the links that hold the parts excepted",
+        stops_on: "a command that brings the arms within {} of each other, except the links that hold the parts",
         limit: |f| f.rules.arm_distance,
     },
     RuleRow {

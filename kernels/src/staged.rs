@@ -3,7 +3,7 @@
 use crate::compensator::Compensation;
 use crate::contact::{LatchState, Pair, Point, PointContact};
 use crate::fields::Bundle;
-use crate::impedance::Yielding;
+use crate::impedance::Admittance;
 use crate::lanes::{Lane, Stage};
 use crate::load::Load;
 use crate::manipulator::DriveParams;
@@ -74,13 +74,13 @@ staged! {
     /// [`crate::robot::by_differences`]
     robot::by_differences(m; first: &'a Parts<L>, second: &'a Parts<L>, third: &'a Parts<L>) -> Parts<L>;
     /// [`crate::impedance::displaced`]
-    impedance::displaced(m; reference: &'a Parts<L>, s: &'a Yielding<L>) -> Parts<L>;
+    impedance::displaced(m; reference: &'a Parts<L>, s: &'a Admittance<L>) -> Parts<L>;
     /// [`crate::test_motion::with_test`]
     test_motion::with_test(m; p: &'a Params<L>, reference: &'a Parts<L>, time: L) -> Parts<L>;
     /// [`crate::test_motion::followed`]
     test_motion::followed(m; p: &'a Params<L>, s: &'a Tracking<L>) -> Followed<L>;
-    /// [`crate::robot::carry_on`]
-    robot::carry_on(m; parts: &'a Parts<L>, periods: L) -> Parts<L>;
+    /// [`crate::robot::extrapolate`]
+    robot::extrapolate(m; parts: &'a Parts<L>, periods: L) -> Parts<L>;
     /// [`crate::robot::on_course`]
     robot::on_course(m; p: &'a Params<L>, reference: &'a Parts<L>) -> Parts<L>;
     /// [`crate::robot::substitute`]
@@ -131,7 +131,7 @@ pub fn set_where<L: Lane, B: Bundle<L>>(mask: L::Mask, state: &mut B, value: &B)
 pub mod in_place {
     use super::*;
 
-    /// Wraps stage functions of the same name; what stands between the bars is carried on.
+    /// Wraps stage functions of the same name; the arguments between the bars are the state.
     macro_rules! staged_in_place {
         ($(
             $(#[$doc:meta])*
@@ -185,8 +185,8 @@ pub mod in_place {
         manipulator::drive(; cell: &'a Cell, p: &'a DriveParams<L> | s: Drives<L> | reference: &'a SetPoint<L>, load: Wrench<L>);
         /// [`crate::joint_level::held_parts`]
         joint_level::held_parts(m; | s: Robots<L> | drives1: &'a Drives<L>, drives2: &'a Drives<L>);
-        /// [`crate::impedance::yield_to`]
-        impedance::yield_to(m; | s: Yielding<L> | a: Motion<L>, measured: Wrench<L>);
+        /// [`crate::impedance::step_admittance`]
+        impedance::step_admittance(m; | s: Admittance<L> | a: Motion<L>, measured: Wrench<L>);
         /// [`crate::test_motion::track`]
         test_motion::track(m; p: &'a Params<L> | s: Tracking<L> | parts: &'a Parts<L>, time: L);
         /// [`crate::load::carry`]

@@ -47,7 +47,7 @@ var<private> session: Session;
 var<private> compensation: Compensation;
 var<private> link: Vec3; // x: commands lost in a row, y: 1 once one was lost
 var<private> tracking: Tracking;
-var<private> yielding: Yielding;
+var<private> admittance: Admittance;
 
 fn zero_wrench() -> Wrench {
     return Wrench(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
@@ -132,11 +132,11 @@ fn tick_facility(simulated: Parts, now: f32, jitter: f32) {
     let second = get_command((tick + SLOTS - u32(max(back - 1, 0))) % SLOTS);
     let third = get_command((tick + SLOTS - u32(max(back - 2, 0))) % SLOTS);
     let begin = (1.0 / f32(SUBSTEPS) - delay) - oldest;
-    take_command(displaced(interpolate(first, second, third, begin), yielding));
+    take_command(displaced(interpolate(first, second, third, begin), admittance));
     var substep = 1u;
     loop {
         let place = (progress(p, f32(substep) / f32(SUBSTEPS)) - delay) - oldest;
-        move_robots(displaced(interpolate(first, second, third, place), yielding));
+        move_robots(displaced(interpolate(first, second, third, place), admittance));
         let parts = mounted_parts(p, robot);
         let time = now - f32(SUBSTEPS - substep) * SUBSTEP;
         let touch = touch_facility(pair, parts);
@@ -144,7 +144,7 @@ fn tick_facility(simulated: Parts, now: f32, jitter: f32) {
         hil_watch = observe(hil_watch, time, parts, simulated, touch, hold);
         let pushed = total_wrench(touch, hold);
         push_robots(pushed);
-        if (GIVES_WAY) {
+        if (COMPLIANT_FIXTURE) {
             robot = push_fixture(p, robot, pushed);
         }
         var wrench = to_sensor(parts, pushed);
@@ -159,7 +159,7 @@ fn tick_facility(simulated: Parts, now: f32, jitter: f32) {
                 sensed = relieved(p, load, parts, sensed);
             }
         }
-        yielding = yield_to(yielding, parts, output_of(sensed));
+        admittance = step_admittance(admittance, parts, output_of(sensed));
         if (substep == SUBSTEPS) {
             break;
         }
@@ -183,7 +183,7 @@ fn watch_session(reference: Parts, measured: Wrench, now: f32) {
     if (!SUPERVISED) {
         return;
     }
-    let commanded = displaced(reference, yielding);
+    let commanded = displaced(reference, admittance);
     let asked = axes_asked(commanded);
     var used = 0.0;
     if (asked.near_limit > 0.0) {
@@ -216,7 +216,7 @@ fn compensated_wrench(parts: Parts, measured: Wrench) -> Wrench {
     }
     var past = parts;
     if (PREDICTED) {
-        let back = look_back(p);
+        let back = prediction_horizon(p);
         let whole = floor(back);
         let newer = get_command((tick + SLOTS - u32(whole)) % SLOTS);
         let older = get_command((tick + SLOTS - u32(whole) - 1u) % SLOTS);
@@ -273,7 +273,7 @@ fn reset() {
     let reference = command(parts_of(kinematics(hil_masses(p), hil)));
     if (FACILITY) {
         for (var age = 1u; age < SLOTS; age++) {
-            put_command(SLOTS - age, carry_on(reference, -f32(age)));
+            put_command(SLOTS - age, extrapolate(reference, -f32(age)));
             put_wrench(SLOTS - age, zero_wrench());
         }
     }
@@ -286,7 +286,7 @@ fn reset() {
     session = new_session();
     link = Vec3();
     tracking = no_tracking();
-    yielding = not_yielding();
+    admittance = no_admittance();
     tick = 0u;
 }
 

@@ -4,7 +4,7 @@ use super::bench::{job, two_bodies};
 use nalgebra::{Complex, Matrix6, Vector6};
 use softdock_kernels::frame::tile_state::state_fields;
 use softdock_kernels::frame::{Batch, Tile};
-use softdock_kernels::impedance::{not_yielding, yield_to};
+use softdock_kernels::impedance::{no_admittance, step_admittance};
 use softdock_kernels::model::{ImpedanceLaw, Model};
 use softdock_kernels::params::Params;
 use softdock_kernels::plant::Plant;
@@ -51,12 +51,12 @@ fn the_correction_is_that_of_mass_damper_and_spring() {
         let wrench = Vector6::new(50.0, -20.0, 10.0, 3.0, 5.0, -4.0);
         for frequency in [0.5, 1.0, 2.0, 5.0] {
             let (w, dt) = (TAU * frequency, plant.timing.substep);
-            let (mut s, mut sums) = (not_yielding::<f64>(), Vector6::<Complex<f64>>::zeros());
+            let (mut s, mut sums) = (no_admittance::<f64>(), Vector6::<Complex<f64>>::zeros());
             let (settle, whole) = ((4.0 / dt) as usize, (2.0 / dt) as usize);
             for step in 0..settle + whole {
                 let e = wrench * (w * step as f64 * dt).cos();
                 let measured = Wrench { force: vec3(e[0], e[1], e[2]), moment: vec3(e[3], e[4], e[5]) };
-                s = yield_to(&plant, &s, at, measured);
+                s = step_admittance(&plant, &s, at, measured);
                 if step >= settle {
                     // The correction belongs to the end of the substep.
                     let phase = Complex::from_polar(2.0 * dt / 2.0, -w * (step + 1) as f64 * dt);

@@ -8,7 +8,7 @@ use softdock_kernels::fields::{Bundle, Field, fields, from_slice, to_vec};
 use softdock_kernels::frame::tile_state::{LaneState, state_fields};
 use softdock_kernels::frame::{Batch, Loops, Tile};
 use softdock_kernels::guidance::guide;
-use softdock_kernels::impedance::Yielding;
+use softdock_kernels::impedance::Admittance;
 use softdock_kernels::load::Load;
 use softdock_kernels::manipulator::cell::{Drives, Feedforward, SetPoint};
 use softdock_kernels::model::{
@@ -19,7 +19,7 @@ use softdock_kernels::monitor::{Touch, Watch, gather, no_touch, total_wrench};
 use softdock_kernels::params::Params;
 use softdock_kernels::philox::{key, uniform};
 use softdock_kernels::plant::Plant;
-use softdock_kernels::robot::{Robots, carry_on, command, mounted_parts};
+use softdock_kernels::robot::{Robots, command, extrapolate, mounted_parts};
 use softdock_kernels::sensor::Sensor;
 use softdock_kernels::session::{Asked, Clearance, Session, axes_asked};
 use softdock_kernels::space::{Bodies, Kinematics, Parts, Wrench, hil_masses, kinematics, space_masses};
@@ -399,7 +399,7 @@ fn bundle<const N: usize>(
         }
         "Clearance" => flat(&Clearance { arms: 0.5 * draws.normal(), depth: 0.1 * draws.normal() }),
         "Session" => optional::<N, Session<f64>>(plant, shot, "session_"),
-        "Yielding" => optional::<N, Yielding<f64>>(plant, shot, "yielding_"),
+        "Admittance" => optional::<N, Admittance<f64>>(plant, shot, "admittance_"),
         "Tracking" => optional::<N, Tracking<f64>>(plant, shot, "tracking_"),
         "Followed" => {
             let tracking = optional::<N, Tracking<f64>>(plant, shot, "tracking_");
@@ -431,10 +431,10 @@ fn bundle<const N: usize>(
             let told = command(plant, &s.simulated);
             flat(&match argument {
                 "told" | "last" | "second" => told,
-                "first" => carry_on(plant, &told, -1.0),
-                "third" => carry_on(plant, &told, 1.0),
+                "first" => extrapolate(plant, &told, -1.0),
+                "third" => extrapolate(plant, &told, 1.0),
                 "simulated" => s.simulated,
-                "past" => carry_on(plant, &s.mounted, -5.0),
+                "past" => extrapolate(plant, &s.mounted, -5.0),
                 _ => s.mounted,
             })
         }

@@ -10,7 +10,7 @@ use softdock_kernels::fields::{Bundle, from_slice, to_vec};
 use softdock_kernels::fixture;
 use softdock_kernels::frame::tile_state::frame_functions;
 use softdock_kernels::guidance;
-use softdock_kernels::impedance::{self, Yielding};
+use softdock_kernels::impedance::{self, Admittance};
 use softdock_kernels::joint_level;
 use softdock_kernels::load::{self, Load};
 use softdock_kernels::manipulator::cell::{self, Drives, SetPoint};
@@ -113,15 +113,15 @@ fn facility_rows() -> Vec<Row<Twin>> {
         transport(p: Params<f64>, time: f64) => robot::transport(m, &p, time), 400.0, "the age of a held command, a difference of two times";
         progress(p: Params<f64>, share: f64) => robot::progress(m, &p, share), 0.0, COPIED;
         command(parts: Parts<f64>) => robot::command(m, &parts), 4.0, "a difference times a share";
-        yield_to(s: Yielding<f64>, parts: Parts<f64>, w: Wrench<f64>) => impedance::yield_to(m, &s, parts.a, w), 20.0, "a row of six products";
-        displaced(told: Parts<f64>, s: Yielding<f64>) => impedance::displaced(m, &told, &s), 8.0, "a sum, a turn";
-        not_yielding() => impedance::not_yielding::<f64>(), 0.0, COPIED;
+        step_admittance(s: Admittance<f64>, parts: Parts<f64>, w: Wrench<f64>) => impedance::step_admittance(m, &s, parts.a, w), 20.0, "a row of six products";
+        displaced(told: Parts<f64>, s: Admittance<f64>) => impedance::displaced(m, &told, &s), 8.0, "a sum, a turn";
+        no_admittance() => impedance::no_admittance::<f64>(), 0.0, COPIED;
         with_test(p: Params<f64>, told: Parts<f64>, time: f64) => test_motion::with_test(m, &p, &told, time), 60.0, "the sine of a phase of whole turns";
         track(p: Params<f64>, s: Tracking<f64>, parts: Parts<f64>, time: f64) => test_motion::track(m, &p, &s, &parts, time), 60.0, "as with_test; differences of places";
         no_tracking() => test_motion::no_tracking::<f64>(), 0.0, COPIED;
         followed(p: Params<f64>, s: Tracking<f64>) => test_motion::followed(m, &p, &s), 20.0, "an arc tangent, roots, quotients";
-        carry_on(parts: Parts<f64>, periods: f64) => robot::carry_on(m, &parts, periods), 8.0, "a turn through a polynomial sine, normalised";
-        on_course(p: Params<f64>, told: Parts<f64>) => robot::on_course(m, &p, &told), 60.0, "as carry_on, over a delay that is a difference";
+        extrapolate(parts: Parts<f64>, periods: f64) => robot::extrapolate(m, &parts, periods), 8.0, "a turn through a polynomial sine, normalised";
+        on_course(p: Params<f64>, told: Parts<f64>) => robot::on_course(m, &p, &told), 60.0, "as extrapolate, over a delay that is a difference";
         new_session() => session::new_session::<f64>(), 0.0, COPIED;
         axes_asked(told: Parts<f64>) => session::axes_asked(m, &told), 100.0, "rates of a posture far from singular, from its lengths and turns";
         range_used(asked: Asked<f64>, told: Parts<f64>) => session::range_used(m, &asked, &told), 100.0, "angles of a posture";
@@ -132,7 +132,7 @@ fn facility_rows() -> Vec<Row<Twin>> {
             let seen = Observed { parts, commanded, wrench: w, saturated, cut, asked, range_used, clearance, port_energy };
             session::supervise(m, &s, &seen, cycle)
         }, 100.0, "the work of a wrench over a difference of places";
-        substitute(last: Parts<f64>, lost_before: f64) => robot::substitute(m, &last, lost_before), 8.0, "as carry_on";
+        substitute(last: Parts<f64>, lost_before: f64) => robot::substitute(m, &last, lost_before), 8.0, "as extrapolate";
         interpolate(first: Parts<f64>, second: Parts<f64>, third: Parts<f64>, place: f64)
             => robot::interpolate(m, &first, &second, &third, place), 8.0, "a dozen products, normalised";
         by_differences(first: Parts<f64>, second: Parts<f64>, third: Parts<f64>)
@@ -156,7 +156,7 @@ fn facility_rows() -> Vec<Row<Twin>> {
         load_at(p: Params<f64>, told: Parts<f64>) => load::load_at(m, &p, told.a), 200.0, "a tare is a small difference of weights";
         sensor_at(s: Load<f64>, told: Parts<f64>) => load::sensor_at(m, &s, told.a), 6.0, "a rotation and a lever";
         new_compensation() => compensator::new_compensation::<f64>(), 0.0, COPIED;
-        look_back(p: Params<f64>) => compensator::look_back(m, &p), 4.0, "one sum";
+        prediction_horizon(p: Params<f64>) => compensator::prediction_horizon(m, &p), 4.0, "one sum";
         compensate(p: Params<f64>, s: Compensation<f64>, parts: Parts<f64>, past: Parts<f64>, w: Wrench<f64>)
             => compensator::compensate(m, &p, &s, &parts, &past, w), 1000.0, "differences of samples over a tick, of places over a delay";
         acting_of(s: Compensation<f64>) => s.output, 0.0, COPIED;

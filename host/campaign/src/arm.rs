@@ -132,13 +132,7 @@ impl<'a> Reader<'a> {
         let (base, mut next) = self.body(&root, mount, &mut arm)?;
         if base.mass != 0.0 {
             let message = format!("link `{root}` and what is fixed to it belong to the base but have mass");
-            self.refuse(
-                "link",
-                &root,
-                "mass",
-                message,
-                "leave out its <inertial>; the base's mass stands in the scenario",
-            );
+            self.refuse("link", &root, "mass", message, "leave out its <inertial>; the base's mass is in the scenario");
         }
         while let Some((joint, parent)) = next {
             if arm.links.len() == MAX_JOINTS {

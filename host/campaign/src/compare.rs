@@ -113,7 +113,7 @@ pub(crate) fn read(c: &mut Checker, file: &CampaignFile, axes: &Axes) -> Compari
 fn along(c: &mut Checker, table: &CompareTable, axes: &Axes) -> Option<Bands> {
     let Some(name) = &table.along else {
         if let Some(edges) = &table.edges {
-            c.refuse(&edges.span, "nothing says of which parameter these are bands", "add along = \"loop_delay\"");
+            c.refuse(&edges.span, "the parameter of these bands is missing", "add along = \"loop_delay\"");
         }
         return None;
     };
@@ -197,7 +197,11 @@ fn cell_maps(c: &mut Checker, table: &MapTable, axes: &Axes) -> Option<Vec<CellM
 fn slices(c: &mut Checker, table: &MapTable, axes: &Axes) -> Option<Vec<Option<Bands>>> {
     let Some(name) = &table.slice else {
         if let Some(count) = &table.slices {
-            c.refuse(&count.span, "nothing says what is sliced", "add slice = \"target_mass\", or remove this");
+            c.refuse(
+                &count.span,
+                "the parameter of these slices is missing",
+                "add slice = \"target_mass\", or remove this",
+            );
         }
         return Some(vec![None]);
     };

@@ -264,7 +264,7 @@ impl DispersionReader<'_> {
         let (file, column, unit) = (dist.file.as_ref()?, dist.column.as_ref()?, dist.unit.as_ref()?);
         if quantity(&format!("1 {}", unit.value), si).is_err() {
             let remedy = format!("write a unit of {}: {}", noun(si), suggestions(si));
-            self.c.refuse(&unit.span, "this is no unit of the target", remedy);
+            self.c.refuse(&unit.span, "this is not a unit of the target", remedy);
             return None;
         }
         if !file.value.to_lowercase().ends_with(".csv") {
@@ -409,7 +409,7 @@ fn factor(
     if !all_legal {
         let remedy =
             format!("write {count} rows of {count} numbers from -1 to 1: symmetric, with ones on the diagonal");
-        c.refuse(span, "this is no correlation matrix", remedy);
+        c.refuse(span, "this is not a correlation matrix", remedy);
         return None;
     }
     let matrix = DMatrix::from_fn(count, count, |i, j| if i == j { 1.0 } else { to_normal(rows[i][j]) });

@@ -20,7 +20,7 @@ const FORMAT: &str = "effects/1";
 struct EffectsFile {
     /// Format and version of this file: "effects/1".
     schema: At<String>,
-    /// Keys of the scenario in quotes, each with what stands in its place.
+    /// Keys of the scenario in quotes, each with its new value.
     set: Replacements,
 }
 

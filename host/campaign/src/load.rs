@@ -6,9 +6,9 @@ use crate::compare::{self, Comparison};
 use crate::derived;
 use crate::dispersion::{Class, Dispersion, DispersionReader};
 use crate::expression::Bounds;
-use crate::found::FoundEffect;
-use crate::idle::{self, IdleTarget};
+use crate::identified::IdentifiedEffect;
 use crate::metric;
+use crate::no_effect::{self, IneffectiveKey};
 use crate::problem::{Problem, Problems};
 use crate::ranges::{MOST_RUNS, Range};
 use crate::read;
@@ -70,7 +70,7 @@ impl Campaign {
         self.variants = variant::read(c, file, &self.scenario, &self.dispersions, &self.fields());
         Problems::check(std::mem::take(&mut c.problems))?;
         let alone: Vec<Self> = self.variants.iter().map(|variant| self.on_variant(variant)).collect();
-        refuse_idle(c, &alone);
+        refuse_ineffective(c, &alone);
         Problems::check(std::mem::take(&mut c.problems))?;
         for variant in &alone {
             variant.check_steps(&c.source)?;
@@ -159,7 +159,7 @@ fn check(c: &mut Checker, file: &CampaignFile, scenario: Scenario) -> Campaign {
     let bounds = campaign.bounds(c);
     // With variants each of them has its own answer.
     if file.variant.is_empty() {
-        idle::targets(&campaign, &bounds).iter().for_each(|target| target.refuse(c));
+        no_effect::targets(&campaign, &bounds).iter().for_each(|target| target.refuse(c));
     }
     let axes = compare::Axes {
         fields: &fields,
@@ -206,7 +206,7 @@ fn outer(
     scenario: &Scenario,
 ) -> Option<u32> {
     let epistemic = dispersions.iter().find(|dispersion| dispersion.class == Class::Epistemic);
-    let uncertain = scenario.found.iter().any(FoundEffect::is_uncertain);
+    let uncertain = scenario.identified.iter().any(IdentifiedEffect::is_uncertain);
     match (&file.outer, epistemic) {
         (Some(outer), other) if other.is_some() || uncertain => {
             Some(c.count(&outer.value.draws, 1, runs.min(u64::from(u32::MAX / 2))) as u32)
@@ -261,11 +261,11 @@ fn keep(c: &mut Checker, written: &At<String>) -> Option<Keep> {
 }
 
 /// Refuses what has no effect in any variant that has it.
-fn refuse_idle(c: &mut Checker, variants: &[Campaign]) {
-    let mut all: Vec<(IdleTarget, usize)> = Vec::new();
+fn refuse_ineffective(c: &mut Checker, variants: &[Campaign]) {
+    let mut all: Vec<(IneffectiveKey, usize)> = Vec::new();
     for variant in variants {
         let bounds = variant.bounds(c);
-        for target in idle::targets(variant, &bounds) {
+        for target in no_effect::targets(variant, &bounds) {
             match all.iter_mut().find(|(other, _)| other.place == target.place) {
                 Some((_, count)) => *count += 1,
                 None => all.push((target, 1)),

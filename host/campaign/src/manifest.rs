@@ -57,7 +57,7 @@ fn check(source: &Source, format: &str) -> Result<Value, Problems> {
         Problem::at(source, start..start, message).value("").remedy("move the damaged folder away, or restore the file")
     })?;
     if !parsed.is_object() {
-        return Err(Problem::at(source, 0..0, "this is no JSON object").value("").remedy(RESTORE).into());
+        return Err(Problem::at(source, 0..0, "this is not a JSON object").value("").remedy(RESTORE).into());
     }
     if parsed["schema"] != format {
         return Ok(parsed);
@@ -69,15 +69,15 @@ fn check(source: &Source, format: &str) -> Result<Value, Problems> {
     };
     for key in ["id", "hash"] {
         if parsed[key].as_str().is_none_or(|text| text.is_empty() || text.len() > LONGEST) {
-            refuse(key, "this is no name".to_owned(), format!("a text of 1 to {LONGEST} bytes"));
+            refuse(key, "this is not a name".to_owned(), format!("a text of 1 to {LONGEST} bytes"));
         }
     }
     if parsed["seed"].as_u64().is_none() {
-        refuse("seed", "this is no seed".to_owned(), format!("a whole number from 0 to {}", u64::MAX));
+        refuse("seed", "this is not a seed".to_owned(), format!("a whole number from 0 to {}", u64::MAX));
     }
     if parsed["runs"].as_u64().is_none_or(|runs| !(1..=MOST_RUNS).contains(&runs)) {
         let expected = format!("a whole number from 1 to {MOST_RUNS}");
-        refuse("runs", "this is no number of runs".to_owned(), expected);
+        refuse("runs", "this is not a number of runs".to_owned(), expected);
     }
     for (key, is_optional) in [("campaign", false), ("model", true)] {
         let is_absent = is_optional && parsed[key].is_null();
@@ -90,7 +90,7 @@ fn check(source: &Source, format: &str) -> Result<Value, Problems> {
     if !cases.is_null() && cases != "cases.csv" && cases != "cases.parquet" {
         refuse(
             "cases",
-            "this is no table of cases of the folder".to_owned(),
+            "this is not a table of cases of the folder".to_owned(),
             "`cases.csv` or `cases.parquet`".to_owned(),
         );
     }

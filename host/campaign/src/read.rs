@@ -190,7 +190,7 @@ fn syntax(source: &Source, error: &Error) -> Problem {
     let remedy = if at_end {
         "the file ends too early: close the quote or bracket that is open here"
     } else {
-        "check quotes, brackets and `=` here: a text stands in quotes, a key only once in its table"
+        "check quotes, brackets and `=` here: a text needs quotes, a key occurs once in its table"
     };
     let key = key_before(source.text(), span.start);
     Problem::at(source, span, format!("this is not TOML: {}", one_line(error.message()))).key(key).remedy(remedy)

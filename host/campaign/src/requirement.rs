@@ -209,7 +209,7 @@ fn check_id(c: &mut Checker, table: &RequirementTable, ids: &mut Vec<String>) {
     if id.trim().is_empty() {
         c.refuse(&table.id.span, "the id is empty", "write the id of the requirements document");
     } else if let Some(twin) = ids.iter().find(|other| column_id(other) == column_id(id)) {
-        let message = format!("this id gives the same columns as `{twin}`");
+        let message = format!("this id has the same columns as `{twin}`");
         c.refuse(&table.id.span, message, "give every requirement an id of its own (letters and digits count)");
     }
     ids.push(id.clone());
@@ -267,7 +267,7 @@ fn on_agreement(c: &mut Checker, table: &RequirementTable) -> Option<AgreementRe
     for (key, written) in [("at_least", &table.at_least), ("probability", &table.probability)] {
         if let Some(span) = span_of(written) {
             let message = format!("a requirement on the agreement does not take `{key}`");
-            c.refuse(&span, message, "remove it; at_most limits the rate, and confidence says how surely");
+            c.refuse(&span, message, "remove it; at_most limits the rate, and confidence states the level");
         }
     }
     let Some(at_most) = &table.at_most else {

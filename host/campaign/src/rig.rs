@@ -2,8 +2,8 @@
 
 use crate::check::Checker;
 use crate::columns::RecordedColumn;
-pub use crate::found::sliding;
-use crate::found::{is_known, with_parameters};
+pub use crate::identified::sliding;
+use crate::identified::{is_known, with_parameters};
 use crate::problem::Problems;
 use crate::read;
 use crate::source::Source;

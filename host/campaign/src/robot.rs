@@ -165,7 +165,7 @@ fn capsules(c: &mut Checker, tables: &[At<CapsuleTable>], joints: usize) -> Vec<
         let t = &table.value;
         let joint = c.count(&t.joint, 1, joints as u64) as usize - 1;
         if capsules.last().is_some_and(|before| before.joint > joint) {
-            c.refuse(&t.joint.span, "a capsule of an outer link stands before this one", "sort the capsules by joint");
+            c.refuse(&t.joint.span, "a capsule of an outer link comes before this one", "sort the capsules by joint");
         }
         let (from, to) = (c.vector(&t.from, "m", Range::size(LENGTH)), c.vector(&t.to, "m", Range::size(LENGTH)));
         let radius = c.number(&t.radius, "m", Range::above(0.0, LENGTH));
@@ -178,7 +178,7 @@ fn row(c: &mut Checker, t: &KinematicsTable) -> DhRow {
     let (length, angle) = (Range::size(LENGTH), Range::size(ANGLE));
     let sign = c.number(&t.sign, "1", Range::within(-1.0, 1.0));
     if sign.abs() != 1.0 {
-        c.refuse(&t.sign.span, "this is no sign", "write 1 or -1");
+        c.refuse(&t.sign.span, "this is not a sign", "write 1 or -1");
     }
     DhRow {
         a: c.number(&t.a, "m", length),

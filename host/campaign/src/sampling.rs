@@ -64,7 +64,7 @@ impl Campaign {
         }
         let nominal = to_vec(&self.scenario.model.nominal);
         let posterior = self.outer_draws.map(|_| (self.seed, outer));
-        self.scenario.found.iter().for_each(|effect| effect.put(&nominal, posterior, &mut values));
+        self.scenario.identified.iter().for_each(|effect| effect.put(&nominal, posterior, &mut values));
         Draw { outer, params: with_derived(values, &self.derived) }
     }
 

@@ -9,7 +9,7 @@ mod impedance;
 mod joint_level;
 
 use crate::check::Checker;
-use crate::found::{FoundEffect, found};
+use crate::identified::{IdentifiedEffect, identified_effects};
 use crate::overlap;
 use crate::placement::{base_from_tool, end_frame};
 use crate::problem::{Problem, Problems};
@@ -45,8 +45,8 @@ pub struct Scenario {
     pub model: Model,
     /// Names of the arm's joints, from the base outwards.
     pub joints: Vec<String>,
-    /// What a diagnosis found.
-    pub found: Vec<FoundEffect>,
+    /// Effects that a diagnosis has identified.
+    pub identified: Vec<IdentifiedEffect>,
     /// The file.
     source: Source,
     /// The URDF, if there is an arm.
@@ -145,7 +145,7 @@ impl Scenario {
             title: file.title.value.clone(),
             model,
             joints: bodies.joints,
-            found: Vec::new(),
+            identified: Vec::new(),
             source: c.source.clone(),
             urdf: bodies.urdf,
             robot,
@@ -159,7 +159,7 @@ impl Scenario {
             facility::check_robots(&mut c, station, written, &mut scenario.model);
         }
         overlap::refuse(&mut c, &file, &scenario.model);
-        scenario.found = found(&mut c, &file.effect, &mut scenario.model.nominal);
+        scenario.identified = identified_effects(&mut c, &file.effect, &mut scenario.model.nominal);
         Problems::check(std::mem::take(&mut c.problems))?;
         let nominal = scenario.model.nominal;
         scenario.check_steps(&Extremes { least: nominal, greatest: nominal }, |_| None)?;
@@ -261,7 +261,7 @@ fn place_base(c: &mut Checker, file: &ScenarioFile, bodies: &Bodies) -> softdock
         (None, None) => {
             let span = c.source.span_of("start");
             let remedy = "add gap = \"50 mm\" (from part A to part B), or base.position and base.rotation";
-            c.refuse(&span, "nothing says where the chaser starts", remedy);
+            c.refuse(&span, "the start of the chaser is missing", remedy);
             bodies.base_at_origin()
         }
     }

@@ -387,7 +387,7 @@ fn rules(c: &mut Checker, table: &SafetyTable, model: &Manipulator) -> SessionRu
     let of_capsules =
         [table.arm_distance.as_ref().map(|written| &written.span), table.keep_out.first().map(|b| &b.span)];
     if let (Some(span), true) = (of_capsules.into_iter().flatten().next(), model.capsules.is_empty()) {
-        let message = "the robot's model has no capsules, so that nothing says where its links are";
+        let message = "the robot's model has no capsules, so the positions of its links are unknown";
         c.refuse(span, message, "add a [[capsule]] for each link to the robot model file, or remove this key");
     }
     SessionRules {
@@ -442,7 +442,7 @@ fn place_of_box(c: &mut Checker, table: &At<KeepOutTable>) -> (Pose<f64>, Vec3<f
             (frame, c.vector(size, "m", Range::above(0.0, LENGTH)) * 0.5)
         }
         _ => {
-            let message = "nothing says where this box is, or it is said twice";
+            let message = "a box needs its place exactly once";
             c.refuse(&table.span, message, "write min and max, or centre and size, with rotation if it is turned");
             (Pose::identity(), Vec3::splat(1.0))
         }

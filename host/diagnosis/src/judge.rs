@@ -81,7 +81,7 @@ pub(crate) fn explains_better(block: &MeasuredBlock, other: &MeasuredBlock) -> b
 }
 
 /// Returns the detection threshold in log-odds: the chance level of a bank of `hypotheses` hypotheses, at least
-/// [`LEAST_THRESHOLD`].
+/// `LEAST_THRESHOLD`.
 pub fn threshold(bank: &Bank, gram: &Gram, hypotheses: usize) -> f64 {
     bank.chance(gram, hypotheses, RARITY).max(LEAST_THRESHOLD)
 }

@@ -198,7 +198,7 @@ struct Tile<'a, B> {
 impl<B: Block> OnLanes for Tile<'_, B> {
     type Output = Vec<Vec<f64>>;
     #[inline(always)]
-    fn carry_out<L: Lane>(self) -> Vec<Vec<f64>> {
+    fn execute<L: Lane>(self) -> Vec<Vec<f64>> {
         let mut out = Vec::with_capacity(self.sets.len());
         for group in self.sets.chunks(L::WIDTH) {
             let mut field = 0;

@@ -134,7 +134,7 @@ struct Worker<'a, 's, const N: usize> {
 impl<const N: usize> OnLanes for Worker<'_, '_, N> {
     type Output = Vec<Finished>;
     #[inline(always)]
-    fn carry_out<L: Lane>(self) -> Vec<Finished> {
+    fn execute<L: Lane>(self) -> Vec<Finished> {
         work::<L, N>(self.job, self.queue, self.see)
     }
 }

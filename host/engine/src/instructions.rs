@@ -61,8 +61,8 @@ impl InstructionSet {
             #[cfg(target_arch = "x86_64")]
             Self::Avx2 => unsafe { on_avx2(work) },
             #[cfg(not(target_arch = "x86_64"))]
-            Self::Plain => work.carry_out::<softdock_kernels::lanes::plain::PlainLanes>(),
-            _ => work.carry_out::<f64>(),
+            Self::Plain => work.execute::<softdock_kernels::lanes::plain::PlainLanes>(),
+            _ => work.execute::<f64>(),
         }
     }
 }
@@ -72,7 +72,7 @@ pub(crate) trait OnLanes {
     /// What it gives.
     type Output;
     /// Does it; always inlined, so that it is compiled for the instruction set of its caller.
-    fn carry_out<L: Lane>(self) -> Self::Output;
+    fn execute<L: Lane>(self) -> Self::Output;
 }
 
 /// One entry point per instruction set, each compiled for it.
@@ -82,7 +82,7 @@ macro_rules! entry_points {
             #[cfg(target_arch = "x86_64")]
             #[target_feature(enable = $features)]
             fn $name<W: OnLanes>(work: W) -> W::Output {
-                work.carry_out::<$lanes>()
+                work.execute::<$lanes>()
             }
         )*
     };
@@ -105,7 +105,7 @@ mod tests {
     impl OnLanes for Bits {
         type Output = [u64; 6];
         #[inline(always)]
-        fn carry_out<L: Lane>(self) -> [u64; 6] {
+        fn execute<L: Lane>(self) -> [u64; 6] {
             let (a, b) = (L::lit(self.0), L::lit(self.1));
             let (mantissa, exponent) = a.abs().frexp();
             let whole = exponent.max(L::lit(-1022.0)).min(L::lit(1023.0)).exp2_whole();
@@ -121,7 +121,7 @@ mod tests {
             let one = InstructionSet::OneLane.run(Bits(a, b));
             let sets = [InstructionSet::Avx512, InstructionSet::Avx2].into_iter().filter(|set| set.supported());
             sets.for_each(|set| assert_eq!(set.run(Bits(a, b)), one, "{set:?}: {a} and {b}"));
-            assert_eq!(Bits(a, b).carry_out::<PlainLanes>(), one, "in arrays: {a} and {b}");
+            assert_eq!(Bits(a, b).execute::<PlainLanes>(), one, "in arrays: {a} and {b}");
         }
     }
 }

@@ -113,7 +113,7 @@ struct Facility<'a> {
 impl OnLanes for Facility<'_> {
     type Output = Vec<Vec<f64>>;
     #[inline(always)]
-    fn carry_out<L: Lane>(self) -> Vec<Vec<f64>> {
+    fn execute<L: Lane>(self) -> Vec<Vec<f64>> {
         let Facility { plant, applied, recorded, sets, decimator } = self;
         let own = |set: &Vec<f64>| -> Params<f64> {
             let offset = |i: usize| recorded.offsets.get(i).copied().unwrap_or(0.0);

@@ -62,7 +62,7 @@ impl ModelComparison {
             return Err(FarmError::refused(message, format!("name a campaign of the scenario {}", after.scenario.id)));
         }
         let draws = DRAWS.min(u32::try_from(after.runs).unwrap_or(DRAWS));
-        let uncertain = after.scenario.found.iter().any(softdock_campaign::FoundEffect::is_uncertain);
+        let uncertain = after.scenario.identified.iter().any(softdock_campaign::IdentifiedEffect::is_uncertain);
         let after = if uncertain { after.over_posterior(draws) } else { after };
         let id = before.id.clone();
         Ok(Self {

@@ -18,7 +18,7 @@ bundle! {
     /// A mass that hangs on springs in the body.
     Hung {
         mass: R, "kg", "its mass, part of the whole";
-        frequency: R, "Hz", "natural frequency with the body held fast";
+        frequency: R, "Hz", "natural frequency with the body fixed";
         damping: R, "1", "damping ratio";
         place: Vec3<R>, "m", "where it rests";
     }
@@ -34,7 +34,7 @@ bundle! {
         appendage: Hung<R>, "1", "tip of a boom that bends";
         accelerometer_bias: Vec3<R>, "m/s^2", "acceleration read without any";
         gyroscope_bias: Vec3<R>, "rad/s", "rate read without any";
-        clock_offset: R, "s", "how much later the wrench acts than its time stamp says, for want of a common clock";
+        clock_offset: R, "s", "delay of the wrench against its time stamp, without a common clock";
     }
 }
 

@@ -1,8 +1,8 @@
-//! A command's way from the computer that sent it to the receiver that echoes it.
+//! Transport of a command from the computer that sends it to the receiver that echoes it.
 //!
-//! On its way the command comes late, is held between packets, lags and is limited in its rate. Its delay is never quite
-//! steady: the output is the received command over the rate at which it was sent, so that a restless delay is the same
-//! noise in fast and in slow phases. For a sliding axis read m for rad.
+//! The command is delayed, held between packets, lagged and limited in rate. The delay has jitter: the output is the
+//! received command over the rate at which it was sent, so that jitter is the same noise in fast and in slow phases.
+//! For a prismatic axis read m for rad.
 
 use super::Block;
 use super::low_pass::LowPass;
@@ -21,11 +21,11 @@ bundle! {
         clock_skew: R, "1", "growth of the delay with the recording's time: the receiver's clock is fast by it";
         hold: R, "s", "period after which the command is taken anew";
         hold_phase: R, "s", "when it is taken anew, on the receiver's clock from the recording's start";
-        hold_share: R, "1", "1 if it is held between, 0 if it goes on as if there were no period";
-        blur: R, "s", "half the width over which the restless delay blurs an edge of the hold";
+        hold_share: R, "1", "1 if it is zero-order held, 0 if the period has no effect";
+        blur: R, "s", "half the width over which jitter blurs an edge of the hold";
         lag: R, "s", "time constant of a lag of the command";
         rate_limit: R, "rad/s", "greatest rate of the command";
-        limit_lag: R, "s", "how much later a limited command comes: its restless delay takes it to the limit before its time";
+        limit_lag: R, "s", "additional lag of a limited command: jitter takes it to the limit early";
     }
 }
 
@@ -55,7 +55,7 @@ bundle! {
 bundle! {
     /// What is hidden in a command's way.
     CommandHidden {
-        arrived: R, "rad", "command behind delay and hold";
+        arrived: R, "rad", "command after delay and hold";
         filtered: R, "rad", "the same behind the lag";
         limited: R, "rad", "the same behind the limit";
         behind: R, "rad", "by how much the command in force is behind that";

@@ -47,7 +47,7 @@ fn a_hold_shows_what_was_sent_a_delay_before_it_was_taken() {
     let held = CommandValues { transport_delay: 2.4e-3, hold: 4e-3, hold_share: 1.0, ..CommandValues::null() };
     let p = CommandValues { hold_phase: 2.4e-3, ..held };
     assert!(departure(&received(p, ramp), |t| ((t - 2.4e-3) / 4e-3).floor() * 4e-3) < 1e-9);
-    // An edge that the restless delay moves to either side of a tick is passed half of the time.
+    // Jitter moves an edge to either side of a tick: half of the samples are past it.
     let values = received(CommandValues { hold_phase: 2e-3, blur: 1e-4, ..held }, ramp);
     let at = |i: usize| values[i] + 2.4e-3;
     assert!((at(1002) - 1.0).abs() < 1e-9 && (at(1003) - 1.002).abs() < 1e-9, "{:?}", &values[1000..1004]);
@@ -66,11 +66,11 @@ fn a_lag_follows_its_law_and_a_limit_limits() {
     assert!(departure(&late, |t| 0.5 * (t - 2e-5)) < 1e-9);
 }
 
-/// A limiter takes from a restless command what reaches beyond it, and gives nothing back: by about one deviation of the
-/// restlessness a limited command is late, whatever its rate.
+/// A limiter removes the peaks of a command with jitter: a limited command is late by about one standard deviation of the
+/// jitter, at any rate.
 #[test]
-fn a_restless_delay_makes_a_limited_command_late() {
-    let restless = 2e-5;
+fn jitter_delays_a_limited_command() {
+    let jitter = 2e-5;
     let start = |t: f64| 0.2 * (6.0 * t - (6.0 * t).sin());
     let normal = |i: usize, run: u64| {
         (0..12).map(|k| crate::philox::uniform(3, "restless", run * 10_000 + i as u64, k)).sum::<f64>() - 6.0
@@ -79,7 +79,7 @@ fn a_restless_delay_makes_a_limited_command_late() {
     let limited = |run: Option<u64>| {
         let (mut at, mut sum, mut count) = (0.0, 0.0, 0);
         for i in 0..500 {
-            let late = run.map_or(0.0, |run| restless * normal(i, run));
+            let late = run.map_or(0.0, |run| jitter * normal(i, run));
             let way: f64 = start(i as f64 * STEP - late) - at;
             at += way.clamp(-limit * STEP, limit * STEP);
             if way > limit * STEP && i > 400 {
@@ -90,7 +90,7 @@ fn a_restless_delay_makes_a_limited_command_late() {
     };
     let runs = 200;
     let lag = (0..runs).map(|run| (limited(None) - limited(Some(run))) / limit).sum::<f64>() / runs as f64;
-    assert!((0.5..2.0).contains(&(lag / restless)), "{lag}");
+    assert!((0.5..2.0).contains(&(lag / jitter)), "{lag}");
 }
 
 #[test]

@@ -26,22 +26,22 @@ bundle! {
         stribeck_speed: R, "m/s", "speed at which that has fallen to 1/e";
         anisotropy: R, "1", "share by which friction along x is higher and along y lower";
         anisotropy_across: R, "1", "the same along the diagonals: x = y higher, x = -y lower";
-        presliding_travel: R, "m", "travel in which the bristles come 1/e closer to sliding";
+        presliding_travel: R, "m", "travel in which the distance to sliding friction falls to 1/e";
         bristle_lead: R, "s", "damping of the bristles over their stiffness: time by which friction leads them";
         surface: R, "m", "height of the surface";
-        adhesion: R, "N", "tension that the parts bear";
-        adhesion_range: R, "m", "distance at which it has gone";
+        adhesion: R, "N", "tension between the parts before they separate";
+        adhesion_range: R, "m", "distance at which the adhesion is zero";
         fixture_compliance: R, "m/N", "compliance of the plate's mount";
         fixture_frequency: R, "Hz", "frequency of the plate on its mount";
         fixture_damping: R, "1", "its damping ratio";
         bias: Vec3<R>, "N", "force that is read without any";
         lag: R, "s", "time constant of the force sensor's low-pass";
-        clock_offset: R, "s", "how much later the force is than its time stamp says, for want of a common clock";
+        clock_offset: R, "s", "delay of the force against its time stamp, without a common clock";
     }
 }
 
 impl ContactValues<f64> {
-    /// A contact without stiffness, friction, errors or a mount that gives way.
+    /// A contact without stiffness, friction, errors or compliance of the mount.
     pub fn null() -> Self {
         Self {
             exponent: 1.0,
@@ -108,7 +108,7 @@ impl Block for ContactBlock {
     #[inline(always)]
     fn start<R: Real>(&self, p: &ContactValues<R>, _u: &ContactClock<R>, late: &ContactMotion<R>) -> ContactHidden<R> {
         let (zero, none) = (R::lit(0.0), Vec3::zero());
-        // The plate where a mount in balance holds it, with the force that it has before it gives way.
+        // The plate where a mount in balance holds it, with the force before it deflects.
         let rigid = normal(p, depth(p, zero, late), -late.rate.z);
         let plate = -(p.fixture_compliance * rigid);
         let force = vec3(zero, zero, normal(p, depth(p, plate, late), -late.rate.z));

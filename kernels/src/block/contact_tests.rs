@@ -108,7 +108,7 @@ fn bristles_that_are_damped_resist_before_they_are_bent() {
 }
 
 #[test]
-fn a_mount_gives_way_and_rings() {
+fn a_mount_is_compliant_and_rings() {
     let (compliance, frequency) = (5e-6, 40.0);
     let p = ContactValues {
         fixture_compliance: compliance,

@@ -25,12 +25,12 @@ bundle! {
         coulomb_speed: R, "rad/s", "rate over which that changes its sign";
         torque_limit: R, "N m", "greatest torque that is asked for";
         delay: R, "s", "transport delay of the reference";
-        clock_offset: R, "s", "how much later the torque was asked for than its time stamp says";
+        clock_offset: R, "s", "delay of the torque command against its time stamp";
         clock_skew: R, "1", "growth of the delay with time";
         hold: R, "s", "period over which the reference is held";
         lag: R, "s", "time constant of a lag of the reference";
         rate_limit: R, "rad/s", "greatest rate of the reference";
-        offset: R, "N m", "torque asked for beyond what the controller says";
+        offset: R, "N m", "offset of the torque command";
     }
 }
 

@@ -32,7 +32,7 @@ bundle! {
         viscous: R, "N m s/rad", "viscous friction";
         stribeck: R, "N m", "static friction beyond Coulomb's";
         stribeck_speed: R, "rad/s", "speed at which the static part has fallen to 1/e";
-        presliding_travel: R, "rad", "travel in which Coulomb friction comes 1/e closer to sliding";
+        presliding_travel: R, "rad", "travel in which the distance to sliding friction falls to 1/e";
         bristle_damping: R, "N m s/rad", "friction per rate at which the bristles bend";
         load_coefficient: R, "1", "Coulomb friction per torque that loads the gear";
         load_inertial: R, "1", "share of the torque for accelerations, its own and other axes', that counts as load";
@@ -54,11 +54,11 @@ bundle! {
         gravity_cos: R, "N m", "gravity torque beyond the model's, times cos q";
         gravity_sin: R, "N m", "gravity torque beyond the model's, times sin q";
         cable_stiffness: R, "N m/rad", "spring of cables and hoses";
-        cable_centre: R, "rad", "joint angle at which they pull neither way";
+        cable_centre: R, "rad", "joint angle at which their torque is zero";
         cable_hysteresis: R, "N m", "half the width of their hysteresis";
         cable_travel: R, "rad", "travel in which their hysteresis turns to 1/e";
         offset: R, "N m", "torque that the drive reports without giving it";
-        clock_offset: R, "s", "how much later the torque acts than its time stamp says";
+        clock_offset: R, "s", "delay of the torque against its time stamp";
         link_zero: R, "rad", "angle that an encoder behind the gear reads where the motor's reads zero";
         link_age: R, "s", "age of the samples of an encoder behind the gear, beyond that of the motor's";
         form: Forms<R>, "1", "outside the catalogue";

@@ -49,7 +49,7 @@ bundle! {
         mz_of: MomentRow<R>, "1", "error of the reading of m_z";
         lag: R, "s", "time constant of the low-pass";
         delay: R, "s", "delay of the reading";
-        clock_offset: R, "s", "how much later the reading is than its time stamp says, for want of a common clock";
+        clock_offset: R, "s", "delay of the reading against its time stamp, without a common clock";
         resolution: R, "N", "step of the reading; that of a moment is the lever times as large";
         blur: R, "N", "half the width over which the noise blurs a step";
         range: R, "N", "greatest force that is read; the greatest moment is the lever times as large";

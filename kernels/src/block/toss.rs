@@ -55,7 +55,7 @@ bundle! {
         attitude: Quat<R>, "1", "rotation from body to world axes";
         velocity: Vec3<R>, "m/s", "velocity of the middle";
         rate: Vec3<R>, "rad/s", "angular rate, body axes";
-        way_weight: R, "1", "weight of the way in the segment that ends here";
+        way_weight: R, "1", "weight of the displacement in the segment that ends here";
         turn_weight: R, "1", "weight of the turn in it";
     }
 }
@@ -76,7 +76,7 @@ bundle! {
         rate: Vec3<R>, "rad/s", "angular rate, body axes";
         from: Vec3<R>, "m", "middle of the box where the segment began";
         facing: Quat<R>, "1", "attitude there";
-        way: Vec3<R>, "m", "how far the middle has come, before a new segment begins";
+        way: Vec3<R>, "m", "displacement of the centre before a new segment starts";
         turn: Quat<R>, "1", "how far the body has turned, likewise, in its axes at the begin";
         speed: Vec3<R>, "m/s", "velocity of the middle, likewise";
     }
@@ -85,7 +85,7 @@ bundle! {
 bundle! {
     /// What the model says at the end of a segment.
     TossOutput {
-        way: Vec3<R>, "m", "way of the middle since the segment's begin, weighted";
+        way: Vec3<R>, "m", "displacement of the centre since the segment's start, weighted";
         turn: Vec3<R>, "rad", "rotation vector since then in the body's axes at the begin, weighted";
         velocity: Vec3<R>, "m/s", "velocity of the middle";
     }

@@ -28,8 +28,8 @@ bundle! {
     /// Motion of part A as the base sees it, the base's chain axes.
     Reach {
         position: Vec3<R>, "m", "origin of part A from the base's centre of mass";
-        velocity: Vec3<R>, "m/s", "velocity that the joints give it";
-        omega: Vec3<R>, "rad/s", "angular velocity that the joints give it";
+        velocity: Vec3<R>, "m/s", "velocity due to the joints";
+        omega: Vec3<R>, "rad/s", "angular velocity due to the joints";
     }
 }
 
@@ -215,7 +215,7 @@ impl<R: Real, const N: usize> Posture<'_, R, N> {
             let excess = load.moment.z - torque[i];
             joint[i] = excess * inverse;
             let moment = give.moment.scale_add(excess, load.moment);
-            // The joint gives way until its torque is all that it passes on.
+            // The joint accelerates until it transmits its own torque alone.
             let left =
                 Force { moment: vec3(moment.x, moment.y, torque[i]), force: give.force.scale_add(excess, load.force) };
             load = left.inwards(link, turn);

@@ -55,13 +55,13 @@ pub fn new_compensation<R: Real>() -> Compensation<R> {
 /// How many ticks back the simulated parts stood as they stand in the measurement that arrives now, as far as the
 /// assumed delay is right; the frame's own part of it is half a hold and no age.
 #[inline(always)]
-pub fn look_back<R: Real>(m: &Plant, p: &Params<R>) -> R {
+pub fn prediction_horizon<R: Real>(m: &Plant, p: &Params<R>) -> R {
     let age = p.compensator_delay - R::lit(m.timing.own_delay());
     (age * R::lit(1.0 / m.timing.tick())).max(R::lit(0.0))
 }
 
 /// One tick: the measured wrench in, the acting wrench out; `past` are the simulated parts as many ticks ago as
-/// [`look_back`] says.
+/// [`prediction_horizon`] says.
 #[inline(always)]
 pub fn compensate<R: Real>(
     m: &Plant,

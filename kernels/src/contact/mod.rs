@@ -34,7 +34,7 @@ bundle! {
         stribeck: R, "1", "share s of the friction that falls with the sliding speed";
         stribeck_speed: R, "m/s", "sliding speed at which that share has fallen to 1/e";
         anisotropy: R, "1", "share a by which friction is higher along part B's y axis and lower across it";
-        adhesion: R, "N", "tension that a point bears before it parts";
+        adhesion: R, "N", "tension of a point before it separates";
     }
 }
 

@@ -55,14 +55,14 @@ pub(super) const ROWS: &[Row] = &[
     row(
         "K8_adhesion",
         "own",
-        "tension that the parts bear before they part",
+        "tension between the parts before they separate",
         &[at("contact_adhesion", 2.0)],
         "newtons of grease or a detent, engineering judgement",
     ),
     row(
         "K10_fixture",
         "G2",
-        "mount of part B that gives way and rings",
+        "compliant mount of part B that oscillates",
         &[at("fixture_compliance", 1e-6), shape("fixture_frequency", 40.0), shape("fixture_damping", 0.02)],
         "plates and adapters on a robot's flange, 1 N/um at 40 Hz, engineering judgement",
     ),

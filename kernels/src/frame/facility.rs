@@ -11,7 +11,7 @@ use crate::lanes::Lane;
 use crate::params::Params;
 use crate::plant::Plant;
 use crate::real::Real;
-use crate::robot::{carry_on, mounted_parts};
+use crate::robot::{extrapolate, mounted_parts};
 use crate::space::{Parts, Wrench};
 use crate::vector::{Quat, Vec3};
 
@@ -85,7 +85,7 @@ impl<L: Lane> FacilityLanes<L> {
     fn begin(&mut self, m: &Plant, at: &Parts<L>, first: &Parts<L>) {
         let all = L::lit(0.0).lt(L::lit(1.0));
         for age in 1..self.slots {
-            let past = carry_on(m, first, L::lit(-(age as f64)));
+            let past = extrapolate(m, first, L::lit(-(age as f64)));
             self.commands.put((self.step + self.slots - age) % self.slots, &past, all);
         }
         self.place_robots(m, at, all);

@@ -1,13 +1,13 @@
 //! The facility in lanes: clock, links, robots, sensor and compensator of a tile, whatever number of joints the arm has.
 
 use super::{Batch, FacilityLanes, Interface, all, touch_points, zero_wrench};
-use crate::compensator::{look_back, new_compensation};
+use crate::compensator::{new_compensation, prediction_horizon};
 use crate::contact::Pair;
 use crate::delay_line::{Line, line_slots};
 use crate::fields::Bundle;
-use crate::fixture::gives_way;
+use crate::fixture::is_compliant;
 use crate::frame::arms::Arms;
-use crate::impedance::not_yielding;
+use crate::impedance::no_admittance;
 use crate::lanes::{Lane, MOST_LANES, Stage};
 use crate::load::{load_at, loaded, sensor_at};
 use crate::model::CompensatorKind;
@@ -20,7 +20,7 @@ use crate::sensor::Sensor;
 use crate::session::{Observed, new_session, supervised};
 use crate::space::{Parts, Wrench, hil_masses};
 use crate::staged::{
-    axes_asked, by_differences, carry_on, clearance, command, compensate, displaced, feed_back, felt, in_place,
+    axes_asked, by_differences, clearance, command, compensate, displaced, extrapolate, feed_back, felt, in_place,
     interpolate, kinematics, latch, normals, on_course, range_used, set_where, start, substitute, with_test,
 };
 use crate::test_motion::no_tracking;
@@ -115,7 +115,7 @@ impl<L: Lane> FacilityLanes<L> {
             lost: zero,
             dropped: zero,
             tracking: no_tracking(),
-            yielding: not_yielding(),
+            admittance: no_admittance(),
             session: new_session(),
             commands: Line::new(line_slots(m)),
             wrenches: Line::new(line_slots(m)),
@@ -182,7 +182,7 @@ impl<L: Lane> FacilityLanes<L> {
         let reference = command(m, parts);
         // The line is full of the start carried backwards; the newest entry is one tick old.
         for age in 1..self.slots {
-            let past = carry_on(m, &reference, L::lit(-(age as f64)));
+            let past = extrapolate(m, &reference, L::lit(-(age as f64)));
             self.commands.put((self.step + self.slots - age) % self.slots, &past, fresh);
         }
         self.place_robots(m, &on_course(m, &self.params, &reference), fresh);
@@ -190,7 +190,7 @@ impl<L: Lane> FacilityLanes<L> {
         self.held.set_where(fresh, &zero_wrench());
         self.compensation.set_where(fresh, &new_compensation());
         self.tracking.set_where(fresh, &no_tracking());
-        self.yielding.set_where(fresh, &not_yielding());
+        self.admittance.set_where(fresh, &no_admittance());
         self.session.set_where(fresh, &new_session());
         self.tick = L::select(fresh, zero, self.tick);
     }
@@ -266,11 +266,11 @@ impl<L: Lane> FacilityLanes<L> {
         let [first, second, third] = self.recall_commands(oldest);
         let before = if all::<L>(live) { None } else { Some(self.snapshot(interface)) };
         let begin = (L::lit(1.0 / substeps) - delay) - oldest;
-        self.take_command(m, &displaced(m, &interpolate(m, &first, &second, &third, begin), &self.yielding));
+        self.take_command(m, &displaced(m, &interpolate(m, &first, &second, &third, begin), &self.admittance));
         for substep in 1..=m.timing.substeps {
             let share = crate::robot::progress(m, &self.params, L::lit(f64::from(substep) / substeps));
             let place = (share - delay) - oldest;
-            self.move_robots(m, &displaced(m, &interpolate(m, &first, &second, &third, place), &self.yielding));
+            self.move_robots(m, &displaced(m, &interpolate(m, &first, &second, &third, place), &self.admittance));
             let parts = crate::robot::mounted_parts(m, &self.params, &self.robots);
             let time = now - L::lit(f64::from(m.timing.substeps - substep) * m.timing.substep);
             let touch = touch_points(m, &interface.pair, &parts, &mut interface.bristles, live);
@@ -278,7 +278,7 @@ impl<L: Lane> FacilityLanes<L> {
             in_place::observe(m, &mut interface.watch, time, &parts, simulated, &touch, &latch);
             let pushed = monitor::total_wrench(&touch, &latch);
             self.push_robots(pushed);
-            if gives_way(m) {
+            if is_compliant(m) {
                 in_place::push_fixture(m, &self.params, &mut self.robots, pushed);
             }
             let mut wrench = crate::sensor::to_sensor(parts.a, pushed);
@@ -294,7 +294,7 @@ impl<L: Lane> FacilityLanes<L> {
                     in_place::relieved(m, &self.params, &self.load, parts.a, &mut self.sensor);
                 }
             }
-            in_place::yield_to(m, &mut self.yielding, parts.a, self.sensor.output);
+            in_place::step_admittance(m, &mut self.admittance, parts.a, self.sensor.output);
         }
         if m.facility.test_motion.is_some() {
             let parts = crate::robot::mounted_parts(m, &self.params, &self.robots);
@@ -339,7 +339,7 @@ impl<L: Lane> FacilityLanes<L> {
         if !supervised(m) {
             return live;
         }
-        let commanded = displaced(m, reference, &self.yielding);
+        let commanded = displaced(m, reference, &self.admittance);
         let asked = axes_asked(m, &commanded);
         let seen = Observed {
             parts: mounted_parts(m, &self.params, &self.robots),
@@ -397,7 +397,7 @@ impl<L: Lane> FacilityLanes<L> {
         }
         let mut past = *parts;
         if kind == CompensatorKind::Smith {
-            let back = look_back(m, &self.params);
+            let back = prediction_horizon(m, &self.params);
             let whole = back.floor();
             let newer = self.commands.recall(self.step, whole);
             let older = self.commands.recall(self.step, whole + L::lit(1.0));

@@ -3,7 +3,7 @@
 //! A tick works in place and copies nothing as long as all lanes are under way, which most ticks are.
 
 use super::{FacilityLanes, Interface, arms::Arms};
-use crate::impedance::Yielding;
+use crate::impedance::Admittance;
 use crate::lanes::Lane;
 use crate::load::Load;
 use crate::monitor::Watch;
@@ -18,7 +18,7 @@ pub(super) struct FacilityState<L: Lane> {
     arms: Option<Box<Arms<L>>>,
     sensor: Sensor<L>,
     load: Load<L>,
-    yielding: Yielding<L>,
+    admittance: Admittance<L>,
     tracking: Tracking<L>,
     watch: Watch<L>,
 }
@@ -32,7 +32,7 @@ impl<L: Lane> FacilityLanes<L> {
             arms: self.arms.clone(),
             sensor: self.sensor,
             load: self.load,
-            yielding: self.yielding,
+            admittance: self.admittance,
             tracking: self.tracking,
             watch: interface.watch,
         }
@@ -47,7 +47,7 @@ impl<L: Lane> FacilityLanes<L> {
         }
         set_where(!mask, &mut self.sensor, &before.sensor);
         set_where(!mask, &mut self.load, &before.load);
-        set_where(!mask, &mut self.yielding, &before.yielding);
+        set_where(!mask, &mut self.admittance, &before.admittance);
         set_where(!mask, &mut self.tracking, &before.tracking);
         set_where(!mask, &mut interface.watch, &before.watch);
     }

@@ -9,7 +9,7 @@ use crate::params::Params;
 use crate::plant::Plant;
 use crate::robot::mounted_parts;
 use crate::space::{Motion, Parts, Wrench};
-use crate::staged::{carry_on, displaced, followed, in_place, kinematics, latch, metrics, on_course};
+use crate::staged::{displaced, extrapolate, followed, in_place, kinematics, latch, metrics, on_course};
 use crate::vector::Vec3;
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -170,7 +170,7 @@ impl<const N: usize> Computer<N> {
             gate.wrench = pull;
             let touch = Touch { wrench: push, ..contact };
             in_place::observe(m, &mut hil.interface.watch, time, &measured.parts, simulated, &touch, &gate);
-            in_place::yield_to(m, &mut t.yielding, measured.parts.a, measured.wrench);
+            in_place::step_admittance(m, &mut t.admittance, measured.parts.a, measured.wrench);
         }
         let seen = &mut hil.interface.watch;
         if seen.closed > 0.0 && seen.touch_time < 0.0 {
@@ -194,7 +194,7 @@ impl<const N: usize> SimulationComputer for Computer<N> {
     fn reference(&self) -> Parts<f64> {
         let m = &*self.plant;
         let sent = self.tile.facility.reference(m, &self.simulated(), self.now());
-        displaced(m, &sent, &self.tile.facility.yielding)
+        displaced(m, &sent, &self.tile.facility.admittance)
     }
 
     fn tick(&mut self, measured: &Measured) {
@@ -258,7 +258,7 @@ impl SimulatedFacility for Facility {
 
     fn begin_run(&mut self) {
         let (m, t) = (&self.plant, &mut self.lanes);
-        let first = carry_on(m, &t.commands.at(t.step, 1), 1.0);
+        let first = extrapolate(m, &t.commands.at(t.step, 1), 1.0);
         t.place_robots(m, &on_course(m, &t.params, &first), true);
         t.begin_readings(m, true);
         t.tick = 0.0;

@@ -9,7 +9,7 @@ use crate::session::supervised;
 /// One run between two ticks, as the GPU's buffers hold a lane.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LaneState {
-    /// Bodies, watches, robots, sensor, held wrench, link, tracking, yielding, load, compensation, the joint level's and bristles,
+    /// Bodies, watches, robots, sensor, held wrench, link, tracking, admittance, load, compensation, the joint level's and bristles,
     /// in the order of [`state_fields`].
     pub state: Vec<f64>,
     /// Commands slot by slot, then wrenches slot by slot.
@@ -44,7 +44,7 @@ fn all_fields<const N: usize>(m: &Plant) -> Vec<(bool, Field)> {
         ("held", fields::<f64, Wrench<f64>>()),
         ("link", fields::<f64, Vec3<f64>>()),
         ("tracking", fields::<f64, Tracking<f64>>()),
-        ("yielding", fields::<f64, Yielding<f64>>()),
+        ("admittance", fields::<f64, Admittance<f64>>()),
     ];
     if loaded(m) {
         variables.push(("load", fields::<f64, Load<f64>>()));
@@ -108,7 +108,7 @@ impl<const N: usize> Tile<f64, N> {
         let link: Vec3<f64> = take(&mut state);
         [tile.facility.lost, tile.facility.dropped] = [link.x, link.y];
         tile.facility.tracking = take(&mut state);
-        tile.facility.yielding = take(&mut state);
+        tile.facility.admittance = take(&mut state);
         if loaded(m) {
             tile.facility.load = take(&mut state);
         }
@@ -145,7 +145,7 @@ impl<const N: usize> Tile<f64, N> {
         state.extend(to_vec::<f64, _>(&self.facility.held));
         state.extend([self.facility.lost, self.facility.dropped, 0.0]);
         state.extend(to_vec::<f64, _>(&self.facility.tracking));
-        state.extend(to_vec::<f64, _>(&self.facility.yielding));
+        state.extend(to_vec::<f64, _>(&self.facility.admittance));
         if loaded(m) {
             state.extend(to_vec::<f64, _>(&self.facility.load));
         }

@@ -120,10 +120,10 @@ fn a_push_on_the_part_ends_in_the_drive_of_the_rail() {
     let mut s = drives_at(&held, &p, &rest());
     let set = SetPoint { speed: [0.0; AXES], ..first_set_point(&s) };
     (0..20_000).for_each(|_| s = drive(&held, &p, &s, &set, push));
-    // The velocity loop's integral part carries the whole force in the end: the motor stands, the gear gives way.
+    // The velocity loop's integral part carries the whole force in the end: the motor is at rest, the gear deflects.
     let rail = s.axis[AXES - 1];
     assert!((rail.torque + 500.0).abs() < 5.0, "the drive holds the push: {}", rail.torque);
-    assert!((rail.windup + 500.0 / 1e8).abs() < 5e-8, "the rack gives way: {}", rail.windup);
+    assert!((rail.windup + 500.0 / 1e8).abs() < 5e-8, "deflection of the rack: {}", rail.windup);
 }
 
 /// Beyond the workspace a command is followed as far as the joints go, and said to be beyond.

@@ -26,7 +26,7 @@ bundle! {
         position_gain: R, "1/s", "gain of the position loops";
         velocity_feedforward: R, "1", "share of the commanded joint rate that the position loops add";
         velocity_gain: R, "1", "factor on the gains of the velocity loops";
-        gear_ratio: R, "1", "factor on all gear ratios: reflected inertia goes with its square, limits of torque and acceleration with it, of speed against it";
+        gear_ratio: R, "1", "factor on all gear ratios: reflected inertia is proportional to its square, limits of torque and acceleration to it, limits of speed to its inverse";
         coulomb_error: R, "1", "relative error of the Coulomb friction";
         viscous_error: R, "1", "relative error of the viscous friction";
         stribeck: R, "1", "factor on the static friction beyond Coulomb's; 0 = none";
@@ -42,7 +42,7 @@ bundle! {
         transmission_error: R, "rad", "amplitude of the gears' transmission error, once a turn of the motor; 0 = none";
         torque_ripple: R, "1", "amplitude of the motors' ripple as a share of their greatest torque; 0 = none";
         torque_constant_error: R, "1", "relative error of the motors' torque constant";
-        torque_offset: R, "1", "torque that the motors give unasked, as a share of their greatest torque; 0 = none";
+        torque_offset: R, "1", "offset torque of the motors as a share of their greatest torque; 0 = none";
         torque_limit_cut: R, "1", "share by which the motors' greatest torque is lower; 0 = none";
         speed_limit_cut: R, "1", "share by which the joints' greatest speed is lower; 0 = none";
         payload_error: R, "kg", "point mass on the part that the feedforward does not know; 0 = none";

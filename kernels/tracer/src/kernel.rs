@@ -3,7 +3,7 @@
 use crate::stages::{functions, structures};
 use crate::wgsl::{Function, Struct};
 use softdock_kernels::fields::Field;
-use softdock_kernels::fixture::gives_way;
+use softdock_kernels::fixture::is_compliant;
 use softdock_kernels::frame::{Batch, Loops};
 use softdock_kernels::lane_layout::{bristle_names, compensates, moves};
 use softdock_kernels::load::loaded;
@@ -40,7 +40,7 @@ const STATE: [(&str, &str); 10] = [
     ("held", "Wrench"),
     ("link", "Vec3"),
     ("tracking", "Tracking"),
-    ("yielding", "Yielding"),
+    ("admittance", "Admittance"),
 ];
 
 /// Private variables of the joint level that live across slices.
@@ -167,7 +167,7 @@ fn constants(plant: &Plant, batch: Batch, slots: usize) -> String {
         "const SUBSTEP = {:?}f;\nconst SUBSTEPS = {}u;\nconst MAX_TICKS = {}u;\nconst SLOTS = {slots}u;\n\
          const SENSOR_SUBSTEPS = {}u;\nconst LINK = {LINK}u;\nconst SENSOR_A = {}u;\nconst SENSOR_B = {}u;\n\
          const NOISY = {};\nconst FACILITY = {};\nconst COMPENSATED = {};\nconst PREDICTED = {};\nconst LOADED = {};\n\
-         const GIVES_WAY = {};\nconst POSES = {};\nconst SUPERVISED = {};\n\n",
+         const COMPLIANT_FIXTURE = {};\nconst POSES = {};\nconst SUPERVISED = {};\n\n",
         t.substep as f32,
         t.substeps,
         t.max_ticks,
@@ -179,7 +179,7 @@ fn constants(plant: &Plant, batch: Batch, slots: usize) -> String {
         compensates(plant),
         plant.facility.compensator.kind == CompensatorKind::Smith,
         loaded(plant),
-        gives_way(plant),
+        is_compliant(plant),
         commands_poses(plant),
         supervised(plant),
     )

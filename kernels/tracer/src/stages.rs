@@ -6,7 +6,7 @@ use softdock_kernels::compensator::{self, Compensation};
 use softdock_kernels::contact::{self, LatchState, Pair, Point, PointContact};
 use softdock_kernels::fields::{Bundle, fields};
 use softdock_kernels::fixture;
-use softdock_kernels::impedance::{self, Yielding};
+use softdock_kernels::impedance::{self, Admittance};
 use softdock_kernels::joint_level;
 use softdock_kernels::load::{self, Load};
 use softdock_kernels::manipulator::cell::{self, Drives, SetPoint};
@@ -75,7 +75,7 @@ pub fn structures<const N: usize>(m: &Plant) -> Vec<Struct> {
         structure::<Clearance<Sym>>(),
         structure::<Compensation<Sym>>(),
         structure::<Normals<Sym>>(),
-        structure::<Yielding<Sym>>(),
+        structure::<Admittance<Sym>>(),
         structure::<Tracking<Sym>>(),
         structure::<Followed<Sym>>(),
         structure::<Metrics<Sym>>(),
@@ -133,15 +133,15 @@ fn facility_stages(m: &Plant) -> Vec<Function> {
         stage!(command(parts: Parts<Sym>) -> Parts<Sym> => robot::command(m, &parts)),
         stage!(with_test(p: Params<Sym>, reference: Parts<Sym>, time: Sym) -> Parts<Sym>
             => test_motion::with_test(m, &p, &reference, time)),
-        stage!(yield_to(s: Yielding<Sym>, parts: Parts<Sym>, w: Wrench<Sym>) -> Yielding<Sym>
-            => impedance::yield_to(m, &s, parts.a, w)),
-        stage!(displaced(reference: Parts<Sym>, s: Yielding<Sym>) -> Parts<Sym> => impedance::displaced(m, &reference, &s)),
-        stage!(not_yielding() -> Yielding<Sym> => impedance::not_yielding()),
+        stage!(step_admittance(s: Admittance<Sym>, parts: Parts<Sym>, w: Wrench<Sym>) -> Admittance<Sym>
+            => impedance::step_admittance(m, &s, parts.a, w)),
+        stage!(displaced(reference: Parts<Sym>, s: Admittance<Sym>) -> Parts<Sym> => impedance::displaced(m, &reference, &s)),
+        stage!(no_admittance() -> Admittance<Sym> => impedance::no_admittance()),
         stage!(track(p: Params<Sym>, s: Tracking<Sym>, parts: Parts<Sym>, time: Sym) -> Tracking<Sym>
             => test_motion::track(m, &p, &s, &parts, time)),
         stage!(no_tracking() -> Tracking<Sym> => test_motion::no_tracking()),
         stage!(followed(p: Params<Sym>, s: Tracking<Sym>) -> Followed<Sym> => test_motion::followed(m, &p, &s)),
-        stage!(carry_on(parts: Parts<Sym>, periods: Sym) -> Parts<Sym> => robot::carry_on(m, &parts, periods)),
+        stage!(extrapolate(parts: Parts<Sym>, periods: Sym) -> Parts<Sym> => robot::extrapolate(m, &parts, periods)),
         stage!(substitute(last: Parts<Sym>, lost_before: Sym) -> Parts<Sym> => robot::substitute(m, &last, lost_before)),
         stage!(interpolate(first: Parts<Sym>, second: Parts<Sym>, third: Parts<Sym>, place: Sym) -> Parts<Sym>
             => robot::interpolate(m, &first, &second, &third, place)),
@@ -180,7 +180,7 @@ fn facility_stages(m: &Plant) -> Vec<Function> {
             session::supervise(m, &s, &seen, cycle)
         }),
         stage!(new_compensation() -> Compensation<Sym> => compensator::new_compensation()),
-        stage!(look_back(p: Params<Sym>) -> Sym => compensator::look_back(m, &p)),
+        stage!(prediction_horizon(p: Params<Sym>) -> Sym => compensator::prediction_horizon(m, &p)),
         stage!(compensate(p: Params<Sym>, s: Compensation<Sym>, parts: Parts<Sym>, past: Parts<Sym>, w: Wrench<Sym>)
             -> Compensation<Sym> => compensator::compensate(m, &p, &s, &parts, &past, w)),
         stage!(acting_of(s: Compensation<Sym>) -> Wrench<Sym> => s.output),

@@ -34,7 +34,7 @@ pub struct VariantInput<'a> {
     pub name: &'a str,
     /// One line for people.
     pub title: &'a str,
-    /// Keys of the scenario that it replaces, and parameters that it derives, each with what stands in its place.
+    /// Keys of the scenario that it replaces, and parameters that it derives, each with its new value.
     pub changes: &'a [(String, String)],
     /// Its shards.
     pub shards: &'a ShardIndex,

@@ -20,7 +20,7 @@ pub struct CommandRig {
     pub quantum: f64,
     /// The way as far as it is known.
     pub values: CommandValues<f64>,
-    /// Standard deviation of the healthy delay's own restlessness \[s\], if it is known.
+    /// Standard deviation of the healthy delay's jitter \[s\], if it is known.
     pub delay_noise: Option<f64>,
     /// Standard deviation of what that is known to, as a share of it.
     pub noise_share: f64,

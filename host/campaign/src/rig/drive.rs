@@ -1,7 +1,7 @@
 //! One joint with its drive and its controller: what is known of them, and how well.
 
 use crate::check::Checker;
-use crate::found::{is_known, with_parameters};
+use crate::identified::{is_known, with_parameters};
 use crate::ranges::{ANGLE, DAMPING, FORCE, INERTIA, LENGTH, RATE, Range, STIFFNESS};
 use crate::written::Quantity;
 use crate::written::effect::EffectTable;

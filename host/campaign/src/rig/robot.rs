@@ -3,7 +3,7 @@
 use super::drive::{DriveRig, REVOLUTE, tolerance};
 use crate::check::Checker;
 use crate::columns::RecordedColumn;
-use crate::found::{is_known_at, with_parameters};
+use crate::identified::{is_known_at, with_parameters};
 use crate::ranges::Range;
 use crate::robot::{Quantity, Robot};
 use crate::source::Source;
@@ -34,7 +34,7 @@ pub(super) fn robot(c: &mut Checker, file: &RigFile) -> Option<(RobotRig, BTreeM
         return None;
     };
     if let Some(column) = file.log.values().next() {
-        let message = "a robot's columns stand in the [log] of its own model file";
+        let message = "a robot's columns belong in the [log] of its own model file";
         c.refuse(&column.span, message, "remove this [log], and write \"r1.q.1\" and so on there");
     }
     let (robot, source) = model(c, &written.value)?;

@@ -86,7 +86,7 @@ pub(super) fn sensor(c: &mut Checker, file: &RigFile) -> Option<SensorRig> {
     let lever = match &t.range_moment {
         Some(moment) if t.range_force.is_some() => c.number(moment, "N m", size) / range,
         Some(moment) => {
-            c.refuse(&moment.span, "`range_moment` stands without `range_force`", "write both, as on the data sheet");
+            c.refuse(&moment.span, "`range_moment` needs `range_force`", "write both, as on the data sheet");
             LEVER
         }
         None => LEVER,

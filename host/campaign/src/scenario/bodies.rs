@@ -67,9 +67,7 @@ pub(crate) fn read(c: &mut Checker, file: &ScenarioFile) -> Bodies {
     };
     match (&file.arm, &file.part_a.link) {
         (Some(table), _) => read_arm(c, table, file, part_a, &mut bodies),
-        (None, Some(link)) => {
-            c.refuse(&link.span, "there is no arm that could have this link", "remove it, or add [arm]")
-        }
+        (None, Some(link)) => c.refuse(&link.span, "this link needs an arm", "remove it, or add [arm]"),
         (None, None) => {}
     }
     bodies

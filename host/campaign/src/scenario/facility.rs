@@ -17,7 +17,7 @@ use softdock_kernels::plant::{Plant, place};
 use softdock_kernels::session::{axes_asked, clearance, deepest_in_box};
 use softdock_kernels::vector::{Vec3, vec3};
 
-/// Lost commands are carried on along their twist for this many ticks.
+/// Ticks during which a lost command is extrapolated along its twist.
 const DROP_HOLD_TICKS: u32 = 2;
 
 const WAVEFORMS: [(&str, Waveform); 3] =
@@ -92,7 +92,7 @@ pub(crate) fn station(c: &mut Checker, table: &At<FacilityTable>) -> Option<Stat
         }
         (None, None) => {
             let remedy = "add file = \"../facilities/reference.toml\", or session_rules = \"none\"";
-            c.refuse(&table.span, "nothing says by which rules a session on the robots ends and stops", remedy);
+            c.refuse(&table.span, "the rules that end and stop a session on the robots are missing", remedy);
         }
     }
     None
@@ -144,7 +144,7 @@ fn unstable_speed(c: &mut Checker, table: &At<FacilityTable>) -> f64 {
     if let Some(written) = &table.value.unstable_speed {
         return c.number(written, "m/s", range);
     }
-    c.refuse(&table.span, "nothing says when the HIL loop has diverged", "add unstable_speed = \"2 m/s\"");
+    c.refuse(&table.span, "the divergence limit of the HIL loop is missing", "add unstable_speed = \"2 m/s\"");
     range.max
 }
 
@@ -265,7 +265,7 @@ fn direction(c: &mut Checker, written: &At<Vec<At<f64>>>) -> Vec3<f64> {
     let mut axis = vec3(1.0, 0.0, 0.0);
     match numbers[..] {
         [x, y, z] if vec3(x, y, z).norm().is_finite() && vec3(x, y, z).norm() > 1e-9 => axis = vec3(x, y, z),
-        _ => c.refuse(&written.span, "this is no direction", "write three numbers, not all zero: [1, 0, 0]"),
+        _ => c.refuse(&written.span, "this is not a direction", "write three numbers, not all zero: [1, 0, 0]"),
     }
     axis * (1.0 / axis.norm())
 }
@@ -280,7 +280,7 @@ fn crosstalk(c: &mut Checker, table: &SensorTable) -> [[f64; 6]; 6] {
         if square && written.value.iter().flatten().all(|element| element.is_finite()) {
             pattern = std::array::from_fn(|row| std::array::from_fn(|column| written.value[row][column]));
         } else {
-            c.refuse(&written.span, "this is no 6 x 6 matrix", "write six rows of six finite numbers");
+            c.refuse(&written.span, "this is not a 6 x 6 matrix", "write six rows of six finite numbers");
         }
     }
     if let (Some(factor), true) = (&table.crosstalk, pattern.iter().flatten().all(|element| *element == 0.0)) {

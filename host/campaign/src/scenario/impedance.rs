@@ -38,7 +38,7 @@ pub(crate) fn read(c: &mut Checker, table: &At<ImpedanceTable>) -> Option<Impeda
     {
         let least = Matrix6::from_fn(|i, j| matrix[i][j]).symmetric_eigenvalues().min();
         if least < 0.0 || definite && least <= 0.0 {
-            let remedy = format!("make {name}_coupling smaller: the matrix must not give back energy in any direction");
+            let remedy = format!("make {name}_coupling smaller: the matrix must not generate energy in any direction");
             c.refuse(&table.span, format!("the {name} of the impedance has the eigenvalue {least:.4e}"), remedy);
             return None;
         }
@@ -58,7 +58,7 @@ fn matrix(c: &mut Checker, shift: &[f64], turn: &[f64], coupling: Option<&At<Vec
         let symmetric = || (0..6).all(|i| (0..6).all(|j| rows[i][j].is_finite() && rows[i][j] == rows[j][i]));
         if !square || !symmetric() || (0..6).any(|i| rows[i][i] != 0.0) {
             let remedy = "write six rows of six numbers in SI units, symmetric, with zeros on the diagonal";
-            c.refuse(&written.span, "this is no coupling", remedy);
+            c.refuse(&written.span, "this is not a coupling", remedy);
             return out;
         }
         for i in 0..6 {

@@ -15,7 +15,7 @@ pub(crate) struct VariantTable {
     pub(crate) name: At<String>,
     /// One line for people; default the name.
     pub(crate) title: Option<At<String>>,
-    /// Keys of the scenario's `[facility]` in quotes, each with what stands in its place: `{ "facility.loop_delay" = "8 ms" }`.
+    /// Keys of the scenario's `[facility]` in quotes, each with its new value: `{ "facility.loop_delay" = "8 ms" }`.
     #[serde(default)]
     pub(crate) set: Replacements,
     /// Parameters that follow from others in this variant, besides or instead of the campaign's.
@@ -54,7 +54,7 @@ impl JsonSchema for Replacements {
     }
     fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
         schemars::json_schema!({
-            "description": "Keys of the scenario's [facility] in quotes, each with what stands in its place.",
+            "description": "Keys of the scenario's [facility] in quotes, each with its new value.",
             "type": "object",
             "propertyNames": { "pattern": "^facility" }
         })

@@ -23,7 +23,7 @@ pub(crate) struct FacilityTable {
     pub(crate) clock_skew: Option<Quantity>,
     /// Period over which the robots hold a command instead of interpolating; default zero: they interpolate.
     pub(crate) command_hold: Option<Quantity>,
-    /// Ticks during which a lost command is carried on along its twist; default 2.
+    /// Ticks during which a lost command is extrapolated along its twist; default 2.
     pub(crate) drop_hold_ticks: Option<At<u32>>,
     /// Share of the relative translation that robot 1 (part A) makes; default 1/2.
     pub(crate) robot1_share: Option<Quantity>,
@@ -39,7 +39,7 @@ pub(crate) struct FacilityTable {
     /// Response of the robot with part B.
     #[serde(default)]
     pub(crate) robot2: ResponseTable,
-    /// How robot 1 gives way to the measured wrench.
+    /// Admittance of robot 1: its motion under the measured wrench.
     pub(crate) impedance: Option<At<ImpedanceTable>>,
     /// A known motion that is added to the robots' reference.
     pub(crate) test_motion: Option<TestMotionTable>,
@@ -248,7 +248,7 @@ pub(crate) struct ErrorsTable {
     pub(crate) contact_stribeck_speed: Option<Quantity>,
     /// Share a of the mounted parts' friction mu (1 + a cos 2 theta), theta from part B's y axis.
     pub(crate) contact_anisotropy: Option<Quantity>,
-    /// Tension that each contact point of the mounted parts bears before it parts.
+    /// Tension of each contact point of the mounted parts before it separates.
     pub(crate) contact_adhesion: Option<Quantity>,
     /// Place of part A on its robot, laboratory axes.
     pub(crate) place: Option<Quantities>,
@@ -274,7 +274,7 @@ pub(crate) struct FixtureTable {
 pub(crate) struct ModeTable {
     /// Its share of the target's mass; default zero: none.
     pub(crate) share: Option<Quantity>,
-    /// Its frequency in a target held fast; default 0.5 Hz (slosh), 3 Hz (appendage).
+    /// Its frequency in a fixed target; default 0.5 Hz (slosh), 3 Hz (appendage).
     pub(crate) frequency: Option<Quantity>,
     /// Damping ratio; default 0.02 (slosh), 0.005 (appendage).
     pub(crate) damping: Option<Quantity>,

@@ -53,7 +53,7 @@ impl GpuEngine {
                 vec![0; numbers * lanes],
             ];
             let groups = lanes.div_ceil(WORKGROUP) as u32;
-            let (on_device, _) = self.carry_out(&pipeline, groups, &buffers)?;
+            let (on_device, _) = self.execute(&pipeline, groups, &buffers)?;
             let outputs = self.words(on_device.last().expect("the last buffer"))?;
             let number = |lane: usize, i: usize| f64::from(f32::from_bits(outputs[i * lanes + lane]));
             out.extend((0..lanes).map(|lane| (0..numbers).map(|i| number(lane, i)).collect()));

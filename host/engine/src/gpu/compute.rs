@@ -35,13 +35,13 @@ impl GpuEngine {
         buffers: &[Vec<u32>],
     ) -> Result<(Vec<Vec<u32>>, f64), EngineError> {
         let [pipeline] = self.compile(text, [entry], None)?;
-        let (on_device, seconds) = self.carry_out(&pipeline, workgroups, buffers)?;
+        let (on_device, seconds) = self.execute(&pipeline, workgroups, buffers)?;
         let read: Result<Vec<_>, _> = on_device.iter().map(|buffer| self.words(buffer)).collect();
         Ok((read?, seconds))
     }
 
     /// Runs a pipeline once on such buffers, and gives them back with the seconds from the dispatch to its end.
-    pub(super) fn carry_out(
+    pub(super) fn execute(
         &self,
         pipeline: &wgpu::ComputePipeline,
         workgroups: u32,

@@ -3,7 +3,7 @@
 use crate::signals::AXES;
 use softdock_campaign::station::AxisLimits;
 use softdock_kernels::plant::Plant;
-use softdock_kernels::robot::carry_on;
+use softdock_kernels::robot::extrapolate;
 use softdock_kernels::space::{Motion, Parts};
 
 /// Share of the axes' limits that a move to the start uses.
@@ -80,7 +80,7 @@ impl RunIn {
         let coast = (time.min(self.duration) - rise).max(0.0);
         let ahead = rise * (u * u * u * (1.0 - 0.5 * u) - 0.5) + coast - rise;
         let speed = u * u * (3.0 - 2.0 * u);
-        let there = carry_on(m, &self.first, ahead / m.timing.tick());
+        let there = extrapolate(m, &self.first, ahead / m.timing.tick());
         let slow =
             |motion: Motion<f64>| Motion { velocity: motion.velocity * speed, omega: motion.omega * speed, ..motion };
         Parts { a: slow(there.a), b: slow(there.b) }

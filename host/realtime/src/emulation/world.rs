@@ -10,7 +10,7 @@ use softdock_kernels::manipulator::cell::Misplaced;
 use softdock_kernels::monitor::Watch;
 use softdock_kernels::params::Params;
 use softdock_kernels::plant::Plant;
-use softdock_kernels::robot::{by_differences, carry_on};
+use softdock_kernels::robot::{by_differences, extrapolate};
 use softdock_kernels::space::{Parts, Wrench};
 use softdock_kernels::vector::Pose;
 use std::sync::Arc;
@@ -150,7 +150,7 @@ impl World {
         if since == 0.0 {
             return self.robot(robot);
         }
-        let parts = carry_on(&self.plant, &self.measured.parts, since / self.plant.timing.tick());
+        let parts = extrapolate(&self.plant, &self.measured.parts, since / self.plant.timing.tick());
         self.reading_of(robot, &parts, since)
     }
 

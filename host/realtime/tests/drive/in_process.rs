@@ -6,7 +6,7 @@ use softdock_kernels::frame::single::{TouchThreshold, emulated_facility, simulat
 use softdock_kernels::model::SessionRules;
 use softdock_kernels::philox;
 use softdock_kernels::plant::Plant;
-use softdock_kernels::robot::{by_differences, carry_on, commands_poses};
+use softdock_kernels::robot::{by_differences, commands_poses, extrapolate};
 use softdock_realtime::clock::Virtual;
 use softdock_realtime::drive::core::SessionTask;
 use softdock_realtime::drive::session::Session;
@@ -36,7 +36,7 @@ fn the_two_halves_of_a_run_give_the_farms_bits() {
                 simulation_computer(&plant, run, &params, TouchThreshold { touch_force: 1e-9, hold_back: 0 });
             let mut facility = emulated_facility(&plant, philox::key(campaign.seed), run, &params);
             let first = computer.reference();
-            let mut past = [1.0, 2.0].map(|ago| carry_on(&plant, &first, -ago));
+            let mut past = [1.0, 2.0].map(|ago| extrapolate(&plant, &first, -ago));
             while !computer.progress().over && facility.watch().end_time == 0.0 {
                 let mut told = computer.reference();
                 if commands_poses(&plant) {

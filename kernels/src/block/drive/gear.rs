@@ -37,16 +37,16 @@ impl<R: Real> Gear<R> {
     }
 }
 
-/// Whether the gear gives way at all: one without compliance and play is rigid.
+/// Whether the gear is compliant; without compliance and backlash it is rigid.
 #[inline(always)]
-fn gives_way<R: Real>(p: &DriveValues<R>) -> R::Mask {
+fn is_compliant<R: Real>(p: &DriveValues<R>) -> R::Mask {
     R::lit(0.0).lt(p.compliance.max(p.half_backlash))
 }
 
 /// Torque that the gear transmits.
 #[inline(always)]
 pub(super) fn gear_torque<R: Real>(p: &DriveValues<R>, s: &DriveHidden<R>, inertia: R) -> R {
-    if !R::any(gives_way(p)) {
+    if !R::any(is_compliant(p)) {
         return s.pull;
     }
     let gear = Gear::of(p, inertia);
@@ -57,7 +57,7 @@ pub(super) fn gear_torque<R: Real>(p: &DriveValues<R>, s: &DriveHidden<R>, inert
     let (zero, loose) = (R::lit(0.0), R::lit(0.0).lt(p.half_backlash));
     let pushed = R::select(s.windup.lt(zero), torque.min(zero), torque.max(zero));
     let passed = R::select(engaged(p, s.windup), R::select(loose, pushed, torque), zero);
-    R::select(gives_way(p), passed, s.pull)
+    R::select(is_compliant(p), passed, s.pull)
 }
 
 #[inline(always)]
@@ -71,7 +71,7 @@ fn engaged<R: Real>(p: &DriveValues<R>, windup: R) -> R::Mask {
 #[inline(always)]
 pub(super) fn wind<R: Real>(step: f64, p: &DriveValues<R>, s: &DriveHidden<R>, inertia: R, pull: R) -> (R, R) {
     let (zero, half, step) = (R::lit(0.0), R::lit(0.5), R::lit(step));
-    if !R::any(gives_way(p)) {
+    if !R::any(is_compliant(p)) {
         return (zero, zero);
     }
     let free = R::select(engaged(p, s.windup), zero, step);
@@ -95,7 +95,7 @@ pub(super) fn wind<R: Real>(step: f64, p: &DriveValues<R>, s: &DriveHidden<R>, i
     let swung = (place + gear.rest(pull - behind, side), speed + slope * gear.compliance);
     let still_free = step.le(flight);
     let wound = (R::select(still_free, windup, swung.0), R::select(still_free, rate, swung.1));
-    (R::select(gives_way(p), wound.0, zero), R::select(gives_way(p), wound.1, zero))
+    (R::select(is_compliant(p), wound.0, zero), R::select(is_compliant(p), wound.1, zero))
 }
 
 /// Free vibration about rest: place and speed after a time.

@@ -11,72 +11,72 @@ use softdock_kernels::params::Params;
 use std::ops::Range;
 
 /// Why a parameter does nothing, and what to do about it.
-type Idle = (&'static str, &'static str);
+type Reason = (&'static str, &'static str);
 
-const UNUSED: Idle = ("no expression uses this variable", "remove it, or use it in the expr of a [[derived]]");
-const NO_LATCH: Idle = ("the scenario has no latch", "remove it, or add a table [latch] to the scenario");
-const NO_RAIL: Idle = ("the facility has no rail", "remove it, or add a table [facility.rail] to the scenario");
-const RAIL_STANDS: Idle =
+const UNUSED: Reason = ("no expression uses this variable", "remove it, or use it in the expr of a [[derived]]");
+const NO_LATCH: Reason = ("the scenario has no latch", "remove it, or add a table [latch] to the scenario");
+const NO_RAIL: Reason = ("the facility has no rail", "remove it, or add a table [facility.rail] to the scenario");
+const RAIL_STANDS: Reason =
     ("the rail's share of the motion is 0", "remove it, or raise facility.rail.share in the scenario");
-const NO_JOINTS: Idle = (
+const NO_JOINTS: Reason = (
     "the robots follow with a lag, without joints",
     "remove it, or add a table [facility.joint_level] to the scenario",
 );
-const JOINTS: Idle =
+const JOINTS: Reason =
     ("at the joint level the robots follow by their drives", "disperse a parameter of the drives instead");
-const NO_FEEDFORWARD: Idle = (
+const NO_FEEDFORWARD: Reason = (
     "the controllers do not feed this part of the model forward",
     "remove it, or write facility.joint_level.feedforward = \"full\"",
 );
-const NO_TEST: Idle = ("the facility makes no test motion", "remove it, or add a table [facility.test_motion]");
-const NO_LAG: Idle =
+const NO_TEST: Reason = ("the facility makes no test motion", "remove it, or add a table [facility.test_motion]");
+const NO_LAG: Reason =
     ("the lag of this response is always 0, which is ideal", "remove it, or give the response a lag above 0 s");
-const LINEAR: Idle = (
+const LINEAR: Reason = (
     "the contact law \"linear\" has no dissipation",
     "disperse `contact_damping` instead, or write law = \"power\" in the scenario",
 );
-const POWER: Idle = (
+const POWER: Reason = (
     "the contact law \"power\" has no linear damping",
     "disperse `contact_dissipation` instead, or write law = \"linear\" in the scenario",
 );
-const BILATERAL: Idle =
+const BILATERAL: Reason =
     ("a bilateral contact never parts", "remove it, or write bilateral = false in [contact] of the scenario");
-const NO_EFFECT: Idle = (
-    "it says how an effect goes that no run has",
+const NO_EFFECT: Reason = (
+    "it shapes an effect that no run has",
     "remove it, or give the effect a size: `softdock check` lists the effects in play",
 );
-const NO_FRICTION: Idle = ("friction is always 0", "remove it, or give the contact a friction above 0");
-const NO_DAMPING: Idle =
+const NO_FRICTION: Reason = ("friction is always 0", "remove it, or give the contact a friction above 0");
+const NO_DAMPING: Reason =
     ("the contact has neither damping nor dissipation", "remove it, or give the contact a damping above 0");
-const NO_PATTERN: Idle = (
+const NO_PATTERN: Reason = (
     "every element of the crosstalk pattern is 0",
     "remove it, or write facility.sensor.crosstalk_pattern with an element that is not 0",
 );
-const NO_TARE: Idle =
+const NO_TARE: Reason =
     ("the sensor is not tared", "remove it, or write tared = true in [facility.sensor] of the scenario");
-const NO_LOAD: Idle =
-    ("the sensor carries no load", "remove it, or add a table [facility.sensor.load] to the scenario");
-const NO_COMPENSATOR: Idle = (
+const NO_LOAD: Reason =
+    ("no load is mounted on the sensor", "remove it, or add a table [facility.sensor.load] to the scenario");
+const NO_COMPENSATOR: Reason = (
     "the facility has no compensator",
     "remove it, or add a table [facility.compensator] that takes it to the scenario",
 );
-const OTHER_COMPENSATOR: Idle = (
+const OTHER_COMPENSATOR: Reason = (
     "the facility's kind of compensator does not take it",
     "remove it, or choose a kind that takes it in [facility.compensator]",
 );
-const NEVER_SWITCHED: Idle = (
+const NEVER_SWITCHED: Reason = (
     "with a delay or a stiffness that is always 0 the compensator damps nothing",
     "remove it, or give the compensator a delay and, for virtual damping, a stiffness above 0",
 );
 
 /// A dispersion or derived value that can change nothing, and where it stands.
-pub(crate) struct IdleTarget {
+pub(crate) struct IneffectiveKey {
     name: String,
-    why: Idle,
+    why: Reason,
     pub(crate) place: Range<usize>,
 }
 
-impl IdleTarget {
+impl IneffectiveKey {
     pub(crate) fn refuse(&self, c: &mut Checker) {
         let (why, remedy) = self.why;
         c.refuse(&self.place, format!("`{}` does nothing here: {why}", self.name), remedy);
@@ -86,30 +86,32 @@ impl IdleTarget {
 /// Dispersions and derived values of parameters that can change nothing.
 ///
 /// One that another derived value is computed from does its work there.
-pub(crate) fn targets(campaign: &Campaign, bounds: &[Bounds]) -> Vec<IdleTarget> {
+pub(crate) fn targets(campaign: &Campaign, bounds: &[Bounds]) -> Vec<IneffectiveKey> {
     let dispersed = campaign.dispersions.iter().map(|d| (d.field, &d.name, &d.place));
     let derived = campaign.derived.iter().map(|d| (d.field, &d.name, &d.place));
     let unused = |field: &usize| !campaign.derived.iter().any(|derived| derived.expression.names().contains(field));
     let parameters = bounds.len() - campaign.variables.len();
     let effects = campaign.effects();
     let why = |field: usize, name: &str| match field < parameters {
-        true => idle(name, &campaign.scenario.model, bounds).or(shapes_nothing(name, effects).then_some(NO_EFFECT)),
+        true => {
+            ineffective(name, &campaign.scenario.model, bounds).or(shapes_nothing(name, effects).then_some(NO_EFFECT))
+        }
         false => Some(UNUSED),
     };
     let target = |(field, name, place): (usize, &String, &Range<usize>)| {
-        Some(IdleTarget { name: name.clone(), why: why(field, name)?, place: place.clone() })
+        Some(IneffectiveKey { name: name.clone(), why: why(field, name)?, place: place.clone() })
     };
     dispersed.chain(derived).filter(|(field, ..)| unused(field)).filter_map(target).collect()
 }
 
 /// Why a parameter changes nothing, if so.
-fn idle(name: &str, model: &Model, bounds: &[Bounds]) -> Option<Idle> {
+fn ineffective(name: &str, model: &Model, bounds: &[Bounds]) -> Option<Reason> {
     let table = fields::<f64, Params<f64>>();
     let never = |name: &str| {
         let at = table.iter().position(|field| field.name == name).expect("a field of Params");
         bounds[at].least == 0.0 && bounds[at].greatest == 0.0
     };
-    let without = |idle: Idle, condition: bool| condition.then_some(idle);
+    let without = |reason: Reason, condition: bool| condition.then_some(reason);
     let (rail, linear) = (model.facility.rail.as_ref(), model.contact.law == NormalLaw::Linear);
     let joints = model.facility.joint_level.as_ref();
     match name {
@@ -144,7 +146,7 @@ fn idle(name: &str, model: &Model, bounds: &[Bounds]) -> Option<Idle> {
         "sensor_crosstalk" => {
             without(NO_PATTERN, model.facility.crosstalk.iter().flatten().all(|element| *element == 0.0))
         }
-        _ => name.strip_prefix("compensator_").and_then(|name| idle_compensator(name, model, &never)),
+        _ => name.strip_prefix("compensator_").and_then(|name| ineffective_compensator(name, model, &never)),
     }
 }
 
@@ -156,9 +158,9 @@ fn shapes_nothing(name: &str, effects: EffectSet) -> bool {
 }
 
 /// Why a parameter of a compensator changes nothing, if so.
-fn idle_compensator(name: &str, model: &Model, never: &dyn Fn(&str) -> bool) -> Option<Idle> {
+fn ineffective_compensator(name: &str, model: &Model, never: &dyn Fn(&str) -> bool) -> Option<Reason> {
     let kind = model.facility.compensator.kind;
-    let of = |idle: Idle, condition: bool| condition.then_some(idle);
+    let of = |reason: Reason, condition: bool| condition.then_some(reason);
     let unstiff = kind == CompensatorKind::VirtualDamping && never("compensator_stiffness");
     match name {
         _ if kind == CompensatorKind::None => Some(NO_COMPENSATOR),

@@ -14,7 +14,7 @@ use softdock_kernels::philox::uniform;
 
 /// An effect of a scenario's facility.
 #[derive(Clone, Debug, PartialEq)]
-pub struct FoundEffect {
+pub struct IdentifiedEffect {
     /// Catalogue id.
     pub id: String,
     /// Its parameters, by their places in the table of [`Params`].
@@ -23,7 +23,7 @@ pub struct FoundEffect {
     pub factor: Vec<Vec<f64>>,
 }
 
-impl FoundEffect {
+impl IdentifiedEffect {
     /// Whether its values are known to a covariance.
     pub fn is_uncertain(&self) -> bool {
         !self.factor.is_empty()
@@ -50,7 +50,11 @@ impl FoundEffect {
 }
 
 /// The parameters of a scenario with those that its effects name, and the effects.
-pub(crate) fn found(c: &mut Checker, written: &[EffectTable], nominal: &mut Params<f64>) -> Vec<FoundEffect> {
+pub(crate) fn identified_effects(
+    c: &mut Checker,
+    written: &[EffectTable],
+    nominal: &mut Params<f64>,
+) -> Vec<IdentifiedEffect> {
     let table = fields::<f64, Params<f64>>();
     let mut all = Vec::new();
     for effect in written.iter().filter(|effect| is_known(c, effect)).collect::<Vec<_>>() {
@@ -66,7 +70,7 @@ pub(crate) fn found(c: &mut Checker, written: &[EffectTable], nominal: &mut Para
             }
         }
         let factor = factor(c, effect, places.len());
-        all.push(FoundEffect { id: effect.id.value.clone(), fields: places, factor });
+        all.push(IdentifiedEffect { id: effect.id.value.clone(), fields: places, factor });
     }
     all
 }
