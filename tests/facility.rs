@@ -135,7 +135,7 @@ fn hidden_robot_lag_is_named_and_extends_the_scenario() {
     let extended = secret.path("answer/extended.toml");
     let scenario = Scenario::load(Path::new(&extended)).expect("a scenario");
     assert!((scenario.model.nominal.robot1_lag - 0.032).abs() < 2e-4);
-    assert!(scenario.found[0].is_uncertain(), "with its covariance");
+    assert!(scenario.identified[0].is_uncertain(), "with its covariance");
     softdock(&format!("check campaigns/probe_drogue.toml --model {extended} --runs 10"));
     secret.driven(&format!("--run 3 --model {extended}"), "again");
     let printed = softdock(&format!("replay --log {}", secret.path("again/log.mcap")));

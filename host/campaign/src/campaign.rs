@@ -116,7 +116,7 @@ pub struct Campaign {
     pub runs: u64,
     /// The task and the facility.
     pub scenario: Scenario,
-    /// The file that stands in the place of the scenario which the campaign names.
+    /// The file that replaces the campaign's scenario.
     pub model: Option<PathBuf>,
     /// How the runs are executed.
     pub execution: Execution,
@@ -160,7 +160,7 @@ impl Campaign {
         fields::<f64, Params<f64>>().into_iter().chain(self.variables.iter().map(variable)).collect()
     }
 
-    /// Whether a dispersion or a derived value stands at a place of the file.
+    /// Whether a dispersion or a derived value is written at a place of the file.
     pub(crate) fn sets_at(&self, place: &Span<usize>) -> bool {
         let dispersed = self.dispersions.iter().any(|dispersion| dispersion.place == *place);
         dispersed || self.derived.iter().any(|derived| derived.place == *place)

@@ -13,12 +13,12 @@ use crate::written::compare::{CompareTable, MapTable};
 use softdock_kernels::fields::{Field, fields};
 use softdock_kernels::metrics::Metrics;
 
-/// Bands and cells unless the file says otherwise.
+/// Bands and cells unless the file states another.
 const BANDS: usize = 8;
 const CELLS: [u64; 2] = [6, 6];
 const SLICES: u64 = 3;
 
-/// Rate of wrong verdicts up to which a cell is trusted unless the file says otherwise.
+/// Rate of wrong verdicts up to which a cell counts as valid unless the file states another.
 const TRUST: f64 = 0.1;
 
 /// Points of a line in a map.

@@ -106,7 +106,7 @@ pub(crate) fn with_derived(mut values: Vec<f64>, derived: &[Derived]) -> Params<
     from_slice(&values)
 }
 
-/// Adds the bounds of the derived values; what may leave the legal range is refused.
+/// Adds the bounds of the derived values; bounds beyond the legal range are refused.
 pub(crate) fn bounds(c: &mut Checker, derived: &[Derived], bounds: &mut [Bounds]) {
     for derived in derived {
         let of = derived.expression.value(bounds);

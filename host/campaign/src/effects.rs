@@ -14,7 +14,7 @@ use std::path::Path;
 /// Format that this version reads.
 const FORMAT: &str = "effects/1";
 
-/// What an emulated facility is besides what its scenario says.
+/// Differences of an emulated facility from its scenario.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct EffectsFile {

@@ -57,7 +57,7 @@ impl Campaign {
         Ok((file.run.value, file.repeats.value))
     }
 
-    /// The text of an experiment file; `why` is said in its first line.
+    /// The text of an experiment file; its first line states `why`.
     pub fn experiment_text(&self, why: &str, run: u64, repeats: usize) -> String {
         let Self { id, hash, .. } = self;
         format!(

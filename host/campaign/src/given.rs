@@ -61,7 +61,7 @@ impl Campaign {
         self.cases.as_ref().map(|(cases, _)| cases)
     }
 
-    /// Number of the run at a place among the campaign's runs, from 0: the place itself, unless given cases say otherwise.
+    /// Number of the run at a place among the campaign's runs, from 0: the place itself, unless given cases number their runs.
     pub fn run_at(&self, place: u64) -> u64 {
         self.cases().and_then(|cases| cases.runs().get(place as usize).copied()).unwrap_or(place)
     }

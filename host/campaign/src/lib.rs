@@ -77,7 +77,7 @@ pub enum FileKind {
     Campaign,
     /// A scenario.
     Scenario,
-    /// Anything else: whoever reads it as something says what is wrong with it.
+    /// Anything else: its reader reports what is wrong.
     Other,
 }
 

@@ -81,7 +81,7 @@ impl Campaign {
         Ok(self)
     }
 
-    /// Dispersions may need a finer step, or leave less delay, than the nominal run.
+    /// Dispersions may need a finer step, or have less delay, than the nominal run.
     fn check_steps(&self, source: &Source) -> Result<(), Problems> {
         let mut unused = Checker::new(source.clone());
         let bounds = self.bounds(&mut unused);

@@ -42,7 +42,7 @@ pub fn read(folder: &Path, format: &str) -> Result<Option<Value>, Problems> {
     check(&source, format).map(Some)
 }
 
-/// Checks the text of a manifest; `path` stands in the problems.
+/// Checks the text of a manifest; problems name `path`.
 ///
 /// # Errors
 /// As [`read`].

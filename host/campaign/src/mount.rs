@@ -1,4 +1,4 @@
-//! Where a robot stands, and what it holds.
+//! Mount of a robot: its base and its part.
 
 use crate::check::Checker;
 use crate::inertia::fault;

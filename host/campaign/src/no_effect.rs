@@ -69,7 +69,7 @@ const NEVER_SWITCHED: Reason = (
     "remove it, or give the compensator a delay and, for virtual damping, a stiffness above 0",
 );
 
-/// A dispersion or derived value that can change nothing, and where it stands.
+/// A dispersion or derived value without effect, with its place in the file.
 pub(crate) struct IneffectiveKey {
     name: String,
     why: Reason,
@@ -150,7 +150,7 @@ fn ineffective(name: &str, model: &Model, bounds: &[Bounds]) -> Option<Reason> {
     }
 }
 
-/// Whether a parameter says how an effect goes that is not there.
+/// Whether a parameter only shapes effects that no run has.
 fn shapes_nothing(name: &str, effects: EffectSet) -> bool {
     let shapes = |p: &EffectParameter| p.field == name && p.null == Null::Any;
     let shaped = |effect: &&Effect| effect.parameters.iter().any(shapes);

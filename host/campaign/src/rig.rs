@@ -216,7 +216,7 @@ fn check_tolerance(c: &mut Checker, file: &RigFile, kind: Kind) {
     }
 }
 
-/// Refuses a rig whose `[log]` lacks a signal without which nothing can be said.
+/// Refuses a rig whose `[log]` lacks a required signal.
 fn missing(c: &mut Checker, file: &RigFile, needed: &[&str]) {
     let lacking: Vec<String> =
         needed.iter().filter(|name| !file.log.contains_key(**name)).map(|name| format!("`{name}`")).collect();

@@ -84,7 +84,7 @@ impl Robot {
         Self::from_source(Source::read(path, None)?)
     }
 
-    /// Reads a robot model from its text; `path` stands in messages.
+    /// Reads a robot model from its text; messages name `path`.
     pub fn from_text(path: &Path, text: &str) -> Result<Self, Problems> {
         Self::from_source(Source::new(path.to_owned(), text.to_owned()))
     }

@@ -31,11 +31,11 @@ pub struct Station {
     pub title: String,
     /// The model of both robots.
     pub model: Manipulator,
-    /// Angles of the model where the controllers say zero \[rad\]; last the model's place on the rail there \[m\].
+    /// Angles of the model at the controllers' zeros \[rad\]; last the model's position on the rail there \[m\].
     pub zero: [f64; AXES],
     /// What an axis may do: the joints' of both robots, and the rail's; joints in the model's angles.
     pub limits: [AxisLimits; AXES],
-    /// Whether robot 1 stands on a rail.
+    /// Whether robot 1 is mounted on a rail.
     pub rail: bool,
     /// Robots 1 and 2.
     pub robots: [StationRobot; 2],
@@ -78,7 +78,7 @@ pub struct StationRobot {
     pub name: String,
     /// Address that its controller sends from, or its network interface.
     pub address: Option<String>,
-    /// Where it stands and what it holds.
+    /// Its base and its part.
     pub mount: Mount,
     /// Tool frame of its controller, in the flange.
     pub tool: Pose<f64>,
@@ -90,7 +90,7 @@ pub struct StationRobot {
     pub drives: Vec<(f64, i32)>,
 }
 
-/// The sensor's frame and what it carries.
+/// The sensor's frame and load.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StationSensor {
     /// Its frame in part A's.

@@ -16,7 +16,7 @@ pub struct BodyRig {
     pub tolerance: Vec<(&'static str, f64)>,
 }
 
-/// Signals of a free body: name, unit, meaning; vectors in body axes unless it says otherwise.
+/// Signals of a free body: name, unit, meaning; vectors in body axes unless stated otherwise.
 pub const BODY_SIGNALS: [(&str, &str, &str); 20] = [
     ("t", "s", "time"),
     ("force.x", "N", "force on the body from this stamp to the next, along x"),
@@ -40,7 +40,7 @@ pub const BODY_SIGNALS: [(&str, &str, &str); 20] = [
     ("rate.z", "rad/s", "angular rate, along z"),
 ];
 
-/// Signals without which nothing can be said.
+/// Required signals.
 const NEEDED: [&str; 13] = [
     "t",
     "force.x",

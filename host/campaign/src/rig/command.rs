@@ -10,7 +10,7 @@ use softdock_kernels::delay_line::MAX_DELAY_S;
 /// Commands of one axis between sender and receiver.
 #[derive(Clone, Debug)]
 pub struct CommandRig {
-    /// Whether the axis slides: then m stands for rad.
+    /// Whether the axis is prismatic: then read m for rad.
     pub prismatic: bool,
     /// Whether the receiver's echo is recorded; if not, events alone are timed.
     pub echoed: bool,
@@ -41,7 +41,7 @@ pub const COMMAND_SIGNALS: [(&str, &str, &str, &str); 9] = [
     ("motion.rate", "rad/s", "m/s", "rate that the robot has"),
 ];
 
-/// Signals without which nothing can be said of an echo.
+/// Required signals of an echo.
 const ECHO: [&str; 3] = ["t", "sent", "received"];
 
 impl CommandRig {

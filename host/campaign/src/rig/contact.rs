@@ -30,7 +30,7 @@ pub const CONTACT_SIGNALS: [(&str, &str, &str); 10] = [
     ("force.z", "N", "force of the plate on the body, along z"),
 ];
 
-/// Signals without which nothing can be said.
+/// Required signals.
 const NEEDED: [&str; 7] = ["t", "position.x", "position.y", "position.z", "force.x", "force.y", "force.z"];
 
 pub(super) fn contact(c: &mut Checker, file: &RigFile) -> Option<ContactRig> {

@@ -13,7 +13,7 @@ use softdock_kernels::params::UNLIMITED;
 /// One joint with its drive.
 #[derive(Clone, Debug)]
 pub struct DriveRig {
-    /// Whether the joint slides: then m stands for rad, N for N m and kg for kg m^2.
+    /// Whether the joint is prismatic: then read m for rad, N for N m and kg for kg m^2.
     pub prismatic: bool,
     /// The drive as far as it is known; `clock_offset` is half the period over which a controller holds the torque.
     pub values: DriveValues<f64>,

@@ -50,7 +50,7 @@ pub const SENSOR_SIGNALS: [(&str, &str, &str); 23] = [
     ("moment.z", "N m", "moment that it reads, along z"),
 ];
 
-/// Signals without which nothing can be said.
+/// Required signals.
 const NEEDED: [&str; 17] = [
     "t",
     "reference.force.x",
@@ -71,7 +71,7 @@ const NEEDED: [&str; 17] = [
     "moment.z",
 ];
 
-/// Moments over forces of a sensor that does not say \[m\].
+/// Default ratio of moments to forces \[m\].
 const LEVER: f64 = 0.1;
 
 pub(super) fn sensor(c: &mut Checker, file: &RigFile) -> Option<SensorRig> {

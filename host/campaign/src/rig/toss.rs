@@ -31,7 +31,7 @@ pub const TOSS_SIGNALS: [(&str, &str, &str); 9] = [
     ("orientation.z", "1", "quaternion from body to world axes, z"),
 ];
 
-/// Signals without which nothing can be said.
+/// Required signals.
 const NEEDED: [&str; 8] =
     ["t", "position.x", "position.y", "position.z", "orientation.w", "orientation.x", "orientation.y", "orientation.z"];
 

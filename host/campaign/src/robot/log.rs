@@ -1,4 +1,4 @@
-//! The column map of recordings: which signal stands in which column, in which unit.
+//! The column map of recordings: column and unit of each signal.
 
 use crate::check::Checker;
 use crate::columns::RecordedColumn;

@@ -74,7 +74,7 @@ pub(crate) fn read(
     (facility, robot)
 }
 
-/// The facility whose rules end and stop a session; none where the scenario says so.
+/// The facility whose rules end and stop a session; none if the scenario has no rules.
 pub(crate) fn station(c: &mut Checker, table: &At<FacilityTable>) -> Option<Station> {
     match (&table.value.file, &table.value.session_rules) {
         (Some(written), None) => {

@@ -14,7 +14,7 @@ use softdock_kernels::plant::{Plant, place};
 use softdock_kernels::vector::{Pose, Sym3, Vec3};
 use std::f64::consts::TAU;
 
-/// Bandwidth of a current loop unless the scenario says otherwise \[Hz\].
+/// Bandwidth of a current loop unless the scenario states another \[Hz\].
 const CURRENT_LOOP: f64 = 600.0;
 
 /// Joints of a robot with a spherical wrist.

@@ -8,7 +8,7 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// Keys of a scenario that are replaced, and the file that says by what.
+/// Replaced keys of a scenario, and the file with their values.
 #[derive(Clone, Debug)]
 pub(crate) struct Overlay {
     /// The campaign file.

@@ -90,7 +90,7 @@ pub(crate) struct ImpedanceTable {
     pub(crate) stiffness_coupling: Option<At<Vec<Vec<f64>>>>,
 }
 
-/// A known motion added to part A's command; metrics `tracking_...` say how the robots follow it.
+/// A known motion added to part A's command; the metrics `tracking_...` measure how the robots follow it.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct TestMotionTable {
@@ -186,7 +186,7 @@ pub(crate) struct SensorTable {
     pub(crate) tare_error_force: Option<Quantities>,
     /// Error of the tare, moment.
     pub(crate) tare_error_moment: Option<Quantities>,
-    /// What it carries besides the contact; default nothing.
+    /// Its load besides the contact; default none.
     pub(crate) load: Option<LoadTable>,
     /// Relative gain error of the force.
     pub(crate) gain_force: Option<Quantities>,

@@ -20,9 +20,9 @@ pub(crate) struct JointLevelTable {
     pub(crate) drives: DrivesTable,
     /// What robot 1 runs on; with [facility.rail] alone.
     pub(crate) rail: Option<At<RailDriveTable>>,
-    /// Where robot 1 (part A) stands and what it holds.
+    /// Base and part of robot 1 (part A).
     pub(crate) robot1: At<MountTable>,
-    /// Where robot 2 (part B) stands and what it holds.
+    /// Base and part of robot 2 (part B).
     pub(crate) robot2: At<MountTable>,
 }
 
@@ -150,11 +150,11 @@ pub(crate) struct MountTable {
     pub(crate) part_position: Option<Quantities>,
     /// Rotation of the part's frame in the last link's frame, as roll, pitch, yaw.
     pub(crate) part_rotation: Option<Quantities>,
-    /// The part and what holds it; without it the robot carries nothing.
+    /// The part and its mount; without it the robot has no load.
     pub(crate) payload: Option<At<PayloadTable>>,
 }
 
-/// What a robot carries.
+/// Load of a robot.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct PayloadTable {

@@ -93,7 +93,7 @@ impl JsonSchema for Scalar {
     }
 }
 
-/// A number with its unit, and where it stands.
+/// A number with its unit and its place in the file.
 pub(crate) type Quantity = At<Scalar>;
 
 /// Several of them in brackets.

@@ -113,7 +113,7 @@ pub(crate) struct ControllerTable {
     pub(crate) velocity_gain: Quantity,
     /// Cut-off of the low-pass on the measured rate; default none.
     pub(crate) derivative_filter: Option<Quantity>,
-    /// Greatest torque that is asked for; default unlimited.
+    /// Greatest commanded torque; default unlimited.
     pub(crate) torque_limit: Option<Quantity>,
     /// What is added from the reference's motion; default nothing.
     pub(crate) feedforward: Option<FeedforwardTable>,

@@ -131,7 +131,7 @@ pub(crate) struct DriveTable {
     pub(crate) torque_offset: Option<Quantity>,
     /// Greatest torque of the motor.
     pub(crate) torque_limit: Quantity,
-    /// Rated gravity torque; zero if the joint carries none.
+    /// Rated gravity torque; zero without one.
     pub(crate) static_torque: Quantity,
     /// Where the values come from.
     pub(crate) source: At<String>,

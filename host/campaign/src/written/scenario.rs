@@ -21,7 +21,7 @@ pub(crate) struct ScenarioFile {
     pub(crate) timing: TimingTable,
     /// The chaser's body.
     pub(crate) base: BaseTable,
-    /// The manipulator; without it part A stands on the base.
+    /// The manipulator; without it part A is mounted on the base.
     pub(crate) arm: Option<ArmTable>,
     /// The part on the end-effector.
     pub(crate) part_a: PartATable,
@@ -93,7 +93,7 @@ pub(crate) struct BaseTable {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ArmTable {
-    /// URDF file, relative to this file; its root link stands in the base's body frame.
+    /// URDF file, relative to this file; its root link is the base's body frame.
     pub(crate) urdf: At<String>,
     /// Place of the URDF's root link in the base's body frame; default its origin.
     pub(crate) position: Option<Quantities>,

@@ -36,7 +36,7 @@ pub(crate) struct StationFile {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct JointsTable {
-    /// Angle of the robot model where the controller says zero; default zero.
+    /// Angle of the robot model at the controller's zero; default zero.
     pub(crate) zero: Option<Quantities>,
     /// Distance that is kept from the ends of the model's ranges; default 1 degree.
     pub(crate) margin: Option<Quantity>,
@@ -52,7 +52,7 @@ pub(crate) struct JointsTable {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct RailTable {
-    /// Place on the rail, as its controller counts it, where robot 1's base stands as stated; default zero.
+    /// Position on the rail, in its controller's count, at which robot 1's base is as stated; default zero.
     pub(crate) zero: Option<Quantity>,
     /// Least place, counted from there.
     pub(crate) lower: Quantity,
@@ -66,7 +66,7 @@ pub(crate) struct RailTable {
     pub(crate) jerk: Quantity,
 }
 
-/// One robot: who it is and where it stands.
+/// One robot: its identity and its place.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct RobotTable {
@@ -74,7 +74,7 @@ pub(crate) struct RobotTable {
     pub(crate) name: At<String>,
     /// IP address that its controller sends from, or the network interface of its EtherCAT segment.
     pub(crate) address: Option<At<String>>,
-    /// Where it stands and what it holds.
+    /// Its base and its part.
     pub(crate) mount: At<MountTable>,
     /// Tool frame of its controller, in the flange: the pose that it reports is this frame's in its base.
     pub(crate) tool_position: Option<Quantities>,
@@ -98,7 +98,7 @@ pub(crate) struct EtherCatTable {
     pub(crate) zero: Option<At<Vec<i32>>>,
 }
 
-/// The sensor's frame and what it carries.
+/// The sensor's frame and load.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct SensorTable {

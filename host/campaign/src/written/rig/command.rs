@@ -5,7 +5,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// Commands of one axis, sent at equal steps and echoed by the receiver at its own: a row is one tick of each clock. Or,
-/// without an echo, a flag that says when a command left and what moved then.
+/// without an echo, a flag of the row in which a command was sent, and the motion then.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct CommandTable {

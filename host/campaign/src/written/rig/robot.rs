@@ -12,8 +12,8 @@ pub(crate) struct RobotTable {
     pub(crate) model: At<String>,
     /// Period over which the controllers hold a torque, which so acts half of it later on the average; default 0 s.
     pub(crate) period: Option<Quantity>,
-    /// Takes the gears for rigid and without play, whatever that file says; default false.
+    /// Treats the gears as rigid and without backlash, whatever that file states; default false.
     pub(crate) rigid_gears: Option<At<bool>>,
-    /// Takes friction for Coulomb's and viscous, whatever else that file says; default false.
+    /// Treats friction as Coulomb and viscous, whatever that file states; default false.
     pub(crate) plain_friction: Option<At<bool>>,
 }
