@@ -2,24 +2,10 @@
 
 use super::effect::EffectTable;
 use super::robot::LogTable;
-use super::{At, Quantity};
+use super::{At, Quantities, Quantity};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::collections::BTreeMap;
-
-mod body;
-mod command;
-mod contact;
-mod robot;
-mod sensor;
-mod toss;
-
-pub(crate) use body::BodyTable;
-pub(crate) use command::CommandTable;
-pub(crate) use contact::ContactTable;
-pub(crate) use robot::RobotTable;
-pub(crate) use sensor::SensorTable;
-pub(crate) use toss::TossTable;
 
 /// The model of a bench rig, for diagnosis.
 #[derive(Debug, Deserialize, JsonSchema)]
@@ -227,4 +213,132 @@ impl ToleranceTable {
             ("clock_offset", &self.clock_offset),
         ]
     }
+}
+
+/// A free body without gravity under known wrenches, a recorded wrench acting from its stamp to the next. Wrench,
+/// acceleration of the origin and rate in body axes, moments about their origin.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct BodyTable {
+    /// Mass of the whole.
+    pub(crate) mass: Quantity,
+    /// Its centre of mass along x; default the origin.
+    pub(crate) centre_x: Option<Quantity>,
+    /// Its centre of mass along y; default the origin.
+    pub(crate) centre_y: Option<Quantity>,
+    /// Its centre of mass along z; default the origin.
+    pub(crate) centre_z: Option<Quantity>,
+    /// Moment of inertia about the centre of mass, about x.
+    pub(crate) inertia_x: Quantity,
+    /// Moment of inertia about the centre of mass, about y.
+    pub(crate) inertia_y: Quantity,
+    /// Moment of inertia about the centre of mass, about z.
+    pub(crate) inertia_z: Quantity,
+}
+
+/// Commands of one axis, sent at equal steps and echoed by the receiver at its own: a row is one tick of each clock. Or,
+/// without an echo, a flag of the row in which a command was sent, and the motion then.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct CommandTable {
+    /// "revolute" or "prismatic"; default revolute. A prismatic axis has m for rad.
+    pub(crate) motion: Option<At<String>>,
+    /// From one packet to the next.
+    pub(crate) period: Quantity,
+    /// Delay from sender to receiver; default none.
+    pub(crate) transport_delay: Option<Quantity>,
+    /// Step in which a command is written into a packet; default none.
+    pub(crate) quantum: Option<Quantity>,
+}
+
+/// A point on a body against a plate; z is the plate's normal, out of the plate, and z = 0 its surface. Force of the
+/// plate on the body: `stiffness d (d / 1 mm)^(exponent - 1) + damping d'` at a depth d > 0, never pulling; friction
+/// against the sliding, up to `friction` times the normal force.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct ContactTable {
+    /// Normal stiffness, at a depth of 1 mm.
+    pub(crate) stiffness: Quantity,
+    /// Exponent of force over depth; default 1.
+    pub(crate) exponent: Option<Quantity>,
+    /// Normal damping; default none.
+    pub(crate) damping: Option<Quantity>,
+    /// Depth over which the damping sets in; default at once.
+    pub(crate) damping_onset: Option<Quantity>,
+    /// Friction coefficient; default none.
+    pub(crate) friction: Option<Quantity>,
+    /// Travel in which friction comes 1/e closer to sliding; default 0.1 mm.
+    pub(crate) presliding_travel: Option<Quantity>,
+    /// Tension that the parts bear before they part; default none.
+    pub(crate) adhesion: Option<Quantity>,
+    /// Distance at which it has gone; default 0.1 mm.
+    pub(crate) adhesion_range: Option<Quantity>,
+    /// Compliance of the plate's mount; default rigid.
+    pub(crate) fixture_compliance: Option<Quantity>,
+    /// Frequency of the plate on its mount; default 100 Hz.
+    pub(crate) fixture_frequency: Option<Quantity>,
+    /// Its damping ratio; default 2 %.
+    pub(crate) fixture_damping: Option<Quantity>,
+    /// Time constant of the force sensor's low-pass; default none.
+    pub(crate) sensor_lag: Option<Quantity>,
+}
+
+/// A robot, axis by axis; the columns of its recordings stand in its own model file.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct RobotTable {
+    /// The robot's model file, as `softdock identify robot` writes it.
+    pub(crate) model: At<String>,
+    /// Period over which the controllers hold a torque, which so acts half of it later on the average; default 0 s.
+    pub(crate) period: Option<Quantity>,
+    /// Treats the gears as rigid and without backlash, whatever that file states; default false.
+    pub(crate) rigid_gears: Option<At<bool>>,
+    /// Treats friction as Coulomb and viscous, whatever that file states; default false.
+    pub(crate) plain_friction: Option<At<bool>>,
+}
+
+/// A six-axis force/torque sensor under known loads. All vectors in sensor axes; wrenches act on the sensor, moments
+/// about its origin. The recorded wrench is what is left when the tool's weight and inertia are taken off.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct SensorTable {
+    /// Mass of the tool between sensor and load, as the compensation has it; default none.
+    pub(crate) tool_mass: Option<Quantity>,
+    /// Its centre of mass; default the origin.
+    pub(crate) tool_centre: Option<Quantities>,
+    /// Its moments of inertia about the centre of mass, along the sensor's axes; default none.
+    pub(crate) tool_inertia: Option<Quantities>,
+    /// Gravity along -z of the world; default standard gravity.
+    pub(crate) gravity: Option<Quantity>,
+    /// Greatest force that is read; default unlimited.
+    pub(crate) range_force: Option<Quantity>,
+    /// Greatest moment that is read; default a tenth of a metre times `range_force`.
+    pub(crate) range_moment: Option<Quantity>,
+    /// Standard deviation of the noise of a force at rest, healthy; if it is not known no noise is called too much.
+    pub(crate) noise_force: Option<Quantity>,
+    /// The same of a moment.
+    pub(crate) noise_moment: Option<Quantity>,
+}
+
+/// A box that is tossed onto a plane: pose of its middle in world axes, z up, the plane at z = 0. Each corner is a spring
+/// that gives back the square of the restitution of the work done on it, with Coulomb friction.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct TossTable {
+    /// Mass.
+    pub(crate) mass: Quantity,
+    /// Moment of inertia about the middle, about every axis.
+    pub(crate) inertia: Quantity,
+    /// Half the edge of the box.
+    pub(crate) half_width: Quantity,
+    /// Radius of its corners; default sharp.
+    pub(crate) corner_radius: Option<Quantity>,
+    /// Speed after a blow over that before.
+    pub(crate) restitution: Quantity,
+    /// Friction coefficient.
+    pub(crate) friction: Quantity,
+    /// Stiffness of a corner against the plane, at a depth of 1 mm: stiff, so that a blow is short.
+    pub(crate) stiffness: Quantity,
+    /// Gravity along -z of the world; default standard gravity.
+    pub(crate) gravity: Option<Quantity>,
 }
