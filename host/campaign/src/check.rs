@@ -100,6 +100,7 @@ impl Checker {
         self.number(written, unit_of(field), legal(field))
     }
 
+    /// The nominal value of a parameter in SI, or `default` without one; a value out of range is a problem.
     pub(crate) fn parameter_or(&mut self, written: &Option<Quantity>, field: &str, default: f64) -> f64 {
         written.as_ref().map_or(default, |written| self.parameter(written, field))
     }

@@ -49,7 +49,7 @@ impl Source {
         Self(Arc::new(Inner { path, named, places, overlay: None }))
     }
 
-    /// The same file with keys replaced by another.
+    /// Returns the file with the keys of an overlay replaced.
     pub(crate) fn with(&self, overlay: Overlay) -> Self {
         let plain = Self::new(self.path().to_owned(), self.text().to_owned());
         let inner = Arc::into_inner(plain.0).expect("nobody else has it yet");

@@ -69,7 +69,9 @@ impl<R: Real, const N: usize> Posture<'_, R, N> {
         v
     }
 
-    /// Torques that move the joints so, and the force on the base; `base` is its acceleration, less that of free fall.
+    /// Inverse dynamics: joint torques \[N m\] and force on the base \[N\] for these joint rates and accelerations (`gain`).
+    ///
+    /// `base` is the base's acceleration minus gravity \[m/s^2\].
     #[inline(always)]
     pub(crate) fn torques(&self, rate: &[R; N], gain: &[R; N], base: Vec3<R>) -> ([R; N], Vec3<R>) {
         let mut forces = [Force::zero(); N];
@@ -78,7 +80,7 @@ impl<R: Real, const N: usize> Posture<'_, R, N> {
         (torque, push.force)
     }
 
-    /// Torques with which the joints hold the links' weight; `lifted` is the base's acceleration, less that of free fall.
+    /// Gravity torques of the joints \[N m\]; `lifted` is the base's acceleration minus gravity \[m/s^2\].
     #[inline(always)]
     pub(crate) fn weight(&self, lifted: Vec3<R>) -> [R; N] {
         let (mut first, mut mass) = ([Vec3::zero(); N], [R::lit(0.0); N]);

@@ -26,7 +26,7 @@ pub struct RobotRig {
 /// Signals of one axis; in the columns of a robot the axis' number from 1 follows (`tau.3`).
 pub const AXIS_SIGNALS: [&str; 4] = ["ref", "q", "q_link", "tau"];
 
-/// The robot, its columns by signal, and its model file.
+/// Reads the table `[robot]`: the rig, the columns of its recordings by signal, and the robot's model file.
 pub(super) fn robot(c: &mut Checker, file: &RigFile) -> Option<(RobotRig, BTreeMap<String, RecordedColumn>, Source)> {
     let Some(written) = &file.robot else {
         let message = "a rig of kind \"robot\" needs the table [robot]";
