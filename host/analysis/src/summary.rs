@@ -2,9 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::exact::Interval;
+use crate::exact::{Interval, Share};
 use crate::parity::Parity;
-use crate::share::Share;
 
 /// Version of `summary.json`; keys are only added within one major.
 pub const SUMMARY_SCHEMA: &str = "summary/3";

@@ -6,9 +6,9 @@ use softdock_campaign::requirement::{Rate, Subject};
 use softdock_results::parity::{HALF_STEP, PARITY, Repetition};
 
 use crate::causes::cause_text;
+use crate::exact::Share;
 use crate::number::{digits_of, interval, percent, with_unit};
 use crate::parity::Parity;
-use crate::share::Share;
 use crate::summary::{LoopSummary, RateSummary, RequirementSummary, Summary};
 
 /// The whole verdict: requirements, agreement, accounting, repeated runs.

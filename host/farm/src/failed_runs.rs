@@ -12,8 +12,8 @@ use softdock_results::shards::ShardIndex;
 use softdock_results::{Column, Kind, Table, Values, write_table};
 use std::path::{Path, PathBuf};
 
-/// The runs of a finished results folder that failed in space or on the facility, or are invalid, as a campaign on given
-/// cases; `None` if no run failed.
+/// Returns the failed and invalid runs of a finished results folder as a campaign on given cases; `None` if there are
+/// none.
 ///
 /// # Errors
 /// If the folder cannot be read, holds variants, or is not complete.
@@ -79,7 +79,7 @@ fn failed_table(index: &ShardIndex, requirements: &[Requirement]) -> Result<(Tab
             let invalid = word("status", row) == "invalid";
             let holds = |name: &String| batch.bools(name).is_some_and(|passes| passes[row] == Some(true));
             let agreement = word("agreement", row);
-            // With requirements they decide; the task itself does where there are none.
+            // The requirements decide; without any, the task does.
             let task = [&["true_pass", "false_fail", "aborted_pass"][..], &["true_pass", "false_pass"][..]];
             let [space, facility] = [0, 1].map(|side: usize| match passes[side].as_slice() {
                 [] => task[side].contains(&agreement),

@@ -1,7 +1,7 @@
-//! Locks of a results folder: several processes may make its runs, one writes a shard, and nobody else changes the rest.
+//! Locks of a results folder: several processes may make its runs, a shard has one writer, and other changes are
+//! exclusive.
 //!
-//! The locks are advisory locks of the operating system. They need no clock, and a process that ends, however it ends,
-//! gives its locks back.
+//! The locks are advisory locks of the operating system. They need no clock, and they are released when a process ends.
 
 use crate::error::{FarmError, Result, writing};
 use crate::observer::Cancel;
@@ -19,14 +19,14 @@ pub(crate) const SHARD_LOCKS: &str = "locks";
 /// Time between two attempts to take a lock.
 const RETRY: Duration = Duration::from_millis(100);
 
-/// A lock of a whole results folder, given back when it is dropped.
+/// Lock of a results folder, released on drop.
 #[derive(Debug)]
 pub(crate) struct FolderLock {
     file: File,
 }
 
 impl FolderLock {
-    /// Takes the folder for this process alone; `None` if another process works in it.
+    /// Locks the folder exclusively; `None` if another process works in it.
     pub(crate) fn try_alone(folder: &Path) -> Result<Option<Self>> {
         let path = folder.join(FOLDER_LOCK);
         let file = open(&path).map_err(writing(&path))?;
@@ -37,7 +37,7 @@ impl FolderLock {
         }
     }
 
-    /// Takes the folder together with other processes that make runs; waits while one has it alone.
+    /// Locks the folder together with other processes that make runs; waits while one has it exclusively.
     pub(crate) fn together(folder: &Path, cancel: &Cancel) -> Result<Self> {
         let path = folder.join(FOLDER_LOCK);
         let file = open(&path).map_err(writing(&path))?;
@@ -51,14 +51,14 @@ impl FolderLock {
         }
     }
 
-    /// Admits other processes that make runs. For a moment the folder is nobody's.
+    /// Converts an exclusive lock into a shared one; the folder is unlocked for a moment.
     pub(crate) fn share(self, folder: &Path, cancel: &Cancel) -> Result<Self> {
         self.file.unlock().map_err(writing(&folder.join(FOLDER_LOCK)))?;
         Self::together(folder, cancel)
     }
 }
 
-/// A lock of a shard, given back and removed when it is dropped.
+/// Lock of a shard, released and removed on drop.
 #[derive(Debug)]
 pub(crate) struct ShardLock {
     path: PathBuf,
@@ -66,7 +66,7 @@ pub(crate) struct ShardLock {
 }
 
 impl ShardLock {
-    /// Takes a shard; `None` if another process is making it.
+    /// Locks a shard; `None` if another process is making it.
     pub(crate) fn try_take(folder: &Path, shard: u32) -> Result<Option<Self>> {
         let locks = folder.join(SHARD_LOCKS);
         let path = locks.join(format!("shard={shard:05}"));
@@ -81,7 +81,7 @@ impl ShardLock {
                 file => file.map_err(writing(&path))?,
             };
             match file.try_lock() {
-                // A lock of a file that its last owner has removed meanwhile is no lock.
+                // A lock of a file that its last owner has removed is invalid.
                 Ok(()) if is_still(&path, &file) => return Ok(Some(Self { path, _file: file })),
                 Ok(()) => {}
                 Err(TryLockError::WouldBlock) => return Ok(None),

@@ -1,4 +1,4 @@
-//! Devices that fail while a campaign runs: what stays on disk, how the command ends, who makes the rest.
+//! Devices that fail during a campaign: files on disk, end of the command, failover.
 
 use crate::finish::finish;
 use crate::folder::ResultsFolder;

@@ -3,9 +3,9 @@
 use std::fmt::Write;
 
 use crate::compare::{Axis, Band, Compared, Factor};
+use crate::exact::Share;
 use crate::number::shown_in;
 use crate::number::{digits_of, interval};
-use crate::share::Share;
 use crate::terminal::table;
 
 /// Verdicts, rates and factors of every variant.

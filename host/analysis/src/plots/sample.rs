@@ -1,4 +1,4 @@
-//! What the figures need of a campaign, read in one pass: moments of all runs, values of a bounded number of them.
+//! Data for the figures of a campaign, read in one pass: moments of all runs, values of a bounded number of them.
 
 use std::path::Path;
 
@@ -23,7 +23,7 @@ pub(crate) const CONSERVED: [&str; 4] = [
     "hil_angular_momentum_error_kg_m2_per_s",
 ];
 
-/// What a test motion says of the robots; null in campaigns without one.
+/// Metrics of a test motion of the robots; null in campaigns without one.
 pub(crate) const TRACKING: [&str; 4] =
     ["hil_tracking_gain", "hil_tracking_lag_rad", "hil_tracking_error_m", "hil_tracking_overshoot"];
 
@@ -31,7 +31,7 @@ pub(crate) const TRACKING: [&str; 4] =
 #[derive(Clone, Debug)]
 pub(crate) struct Input {
     pub(crate) column: String,
-    /// Name in words.
+    /// Name as text.
     pub(crate) name: String,
     pub(crate) unit: String,
     pub(crate) meaning: String,
