@@ -543,7 +543,7 @@ fn design_lines(out: &mut String, compared: &ResultsComparison) {
         let alone = [one, two].map(|folder| folder.runs_done.saturating_sub(compared.pairs));
         let left_out = match alone {
             [0, 0] => String::new(),
-            [one, two] => format!("; {one} runs of A and {two} of B without a partner are left out"),
+            [one, two] => format!("; {one} runs of A and {two} of B without a partner are ignored"),
         };
         writeln!(out, "  {} pairs of runs with the same number and seed{left_out}", compared.pairs)
     } else {
@@ -556,7 +556,7 @@ fn design_lines(out: &mut String, compared: &ResultsComparison) {
         let _ = writeln!(out, "  {} pairs have other inputs: {shown}{more}", compared.pairs_of_other_inputs);
     }
     if [one, two].iter().any(|folder| !folder.independent_runs) {
-        out.push_str("  the runs are no independent sample: intervals and p-values are for reading, as if they were\n");
+        out.push_str("  the runs are no independent sample: intervals and p-values are informative, as if it were\n");
     }
     if [one, two].iter().any(|folder| folder.outer_draws > 1) {
         out.push_str("  intervals do not contain the spread of the outer draws: runs of one draw share its inputs\n");

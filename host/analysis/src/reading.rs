@@ -26,7 +26,7 @@ pub(crate) fn agreement_reading(summary: &Summary) -> Vec<String> {
     }
     if agreement.invalid.count > 0 {
         let invalid = plural(agreement.invalid.count, "run is", "runs are");
-        sentences.push(format!("{invalid} invalid and stand in no cell: {}.", unbroken(&agreement.invalid)));
+        sentences.push(format!("{invalid} invalid and in no cell: {}.", unbroken(&agreement.invalid)));
     }
     sentences
 }

@@ -48,13 +48,13 @@ pub fn verdict_text(summary: &Summary) -> String {
     }
     if summary.given_cases {
         out.push_str("  given cases, no verdict: the inputs are no sample of what the campaign disperses;\n");
-        out.push_str("  counts are those of these cases, intervals are for reading, as if the cases were drawn\n");
+        out.push_str("  counts are those of these cases; intervals are informative, as if the cases were drawn\n");
     } else if !summary.independent_runs {
         out.push_str(
             "  exploring only, no verdict: the runs are not independent (Sobol' or Latin hypercube sample);\n",
         );
         out.push_str(
-            "  intervals are for reading, as if they were; write sampling.method = \"random\" for a verdict\n",
+            "  intervals are informative, as if they were; write sampling.method = \"random\" for a verdict\n",
         );
     }
     requirement_lines(&mut out, summary);
@@ -166,7 +166,7 @@ fn agreement_lines(out: &mut String, summary: &Summary) {
             row("aborted, passes", &agreement.aborted_pass, "the session was stopped, space passes"),
             row("aborted, fails", &agreement.aborted_fail, "the session was stopped, space fails"),
             row("invalid", &agreement.invalid, "numbers that cannot be trusted"),
-            row("abort rate", &agreement.abort_rate, "of the valid runs: the facility gives no answer"),
+            row("abort rate", &agreement.abort_rate, "of the valid runs: no verdict of the facility"),
             row("false-pass rate", &agreement.false_pass_rate, "of the runs that fail in space"),
             row("false-fail rate", &agreement.false_fail_rate, "of the runs that pass in space"),
             row("misleading passes", &agreement.misleading_passes, "of the runs that the facility passes"),

@@ -59,7 +59,7 @@ fn page_has_every_section_and_figure_and_needs_no_network() {
     let (page, summary) = page(&results, &requirements, RUNS);
     for section in [
         "1. Requirements",
-        "2. What the facility's verdict is worth",
+        "2. Agreement of the facility with space",
         "3. Margins",
         "4. Success against each dispersed input",
         "5. Energy injected by the facility",

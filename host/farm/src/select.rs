@@ -66,7 +66,7 @@ fn of_variant(campaign: Campaign, name: &str) -> Result<Campaign> {
     let names: Vec<&str> = campaign.variants.iter().map(|variant| variant.name.as_str()).collect();
     match campaign.variants.iter().find(|variant| variant.name == name) {
         Some(variant) => Ok(variant.campaign.clone()),
-        None if names.is_empty() => Err(FarmError::refused("the campaign has no variants", "leave --variant out")),
+        None if names.is_empty() => Err(FarmError::refused("the campaign has no variants", "omit --variant")),
         None => Err(FarmError::refused(
             format!("there is no variant `{name}`"),
             format!("write one of: {}", names.join(", ")),

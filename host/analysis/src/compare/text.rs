@@ -19,7 +19,7 @@ pub fn compare_text(compared: &Compared) -> String {
         compared.variants.len()
     );
     out.push_str("  the verdict is the worst of the variants'; requirements on space are the same for all\n");
-    out.push_str("\nwrong verdicts of the facility, of those that it gives, and aborted sessions\n");
+    out.push_str("\nfalse verdicts of the facility, and aborted sessions\n");
     let rows: Vec<[String; 6]> = compared
         .variants
         .iter()

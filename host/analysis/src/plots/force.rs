@@ -113,7 +113,7 @@ fn force_figure(trace: &Trace, quantity: &Quantity) -> Result<Option<Drawing>> {
     let limit: String =
         quantity.limits.iter().map(|limit| format!(" Limit {}.", with_unit(*limit, &quantity.unit))).collect();
     let note = if leaves {
-        format!(" The facility leaves the axis; its peak is {}.", with_unit(facility_peak, &quantity.unit))
+        format!(" The facility exceeds the axis range; its peak is {}.", with_unit(facility_peak, &quantity.unit))
     } else {
         String::new()
     };
