@@ -113,7 +113,8 @@ fn judge(facts: &CampaignFacts, completeness: Completeness, tally: &Tally) -> Su
     }
 }
 
-/// One failed requirement fails the campaign, one open requirement leaves it open.
+/// Returns the overall verdict: one failed requirement fails the campaign, one undecided requirement makes it
+/// undecided.
 fn overall(verdicts: impl Iterator<Item = Verdict>) -> Verdict {
     verdicts.fold(Verdict::Verified, |sum, verdict| match (sum, verdict) {
         (Verdict::NotVerified, _) | (_, Verdict::NotVerified) => Verdict::NotVerified,

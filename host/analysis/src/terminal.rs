@@ -69,7 +69,7 @@ pub fn verdict_text(summary: &Summary) -> String {
     out
 }
 
-/// Who made the rows; rows of f32 and of f64 side by side are said to be so.
+/// Returns the devices of the rows, with a note if rows of f32 and f64 are mixed.
 fn made_on_line(out: &mut String, summary: &Summary) {
     let devices = &summary.completeness.devices;
     let shards = |count: u32| format!("{count} {}", if count == 1 { "shard" } else { "shards" });
@@ -111,7 +111,8 @@ fn requirement_lines(out: &mut String, summary: &Summary) {
 /// What a sample that is not independent shows.
 const EXPLORING: &str = "exploring only, no verdict";
 
-/// One loop of a requirement. A loop in parentheses is for reading: the requirement is judged on its subject.
+/// Returns the row of a requirement in a loop. A loop in parentheses is informative: the requirement is judged on its
+/// subject.
 fn requirement_row(name: &str, side: &str, requirement: &RequirementSummary, judged: &LoopSummary) -> [String; 6] {
     let (failed, mut reading) = match judged.failure_rate_bound {
         Some(bound) => {

@@ -132,9 +132,9 @@ mod tests {
     #[test]
     fn shard_has_one_owner_and_its_lock_file_is_removed() {
         let folder = tempfile::tempdir().expect("a folder");
-        let first = ShardLock::try_take(folder.path(), 3).expect("a lock").expect("nobody has it");
+        let first = ShardLock::try_take(folder.path(), 3).expect("a lock").expect("it is free");
         assert!(ShardLock::try_take(folder.path(), 3).expect("no error").is_none());
-        let other = ShardLock::try_take(folder.path(), 4).expect("a lock").expect("nobody has it");
+        let other = ShardLock::try_take(folder.path(), 4).expect("a lock").expect("it is free");
         drop(first);
         drop(ShardLock::try_take(folder.path(), 3).expect("a lock").expect("given back"));
         drop(other);
@@ -163,7 +163,7 @@ mod tests {
     #[test]
     fn folder_lock_is_shared_by_writers_of_runs_and_exclusive_otherwise() {
         let (folder, cancel) = (tempfile::tempdir().expect("a folder"), Cancel::default());
-        let alone = FolderLock::try_alone(folder.path()).expect("a lock").expect("nobody has it");
+        let alone = FolderLock::try_alone(folder.path()).expect("a lock").expect("it is free");
         assert!(FolderLock::try_alone(folder.path()).expect("no error").is_none());
         let one = alone.share(folder.path(), &cancel).expect("a lock");
         let two = FolderLock::together(folder.path(), &cancel).expect("a lock");
