@@ -1,4 +1,4 @@
-//! Causes in words: the criterion, rule or flag behind an id of the result files.
+//! Texts of causes: the criterion, rule or flag of an id in the result files.
 
 use softdock_campaign::criteria::Criterion;
 use softdock_campaign::rules::sentence;
@@ -18,7 +18,7 @@ fn rule(id: &str) -> Option<&'static RuleRow> {
     RULES.iter().find(|row| row.id == id)
 }
 
-/// What a cause is, with its limit if there is one.
+/// Returns the text of a cause, with its limit if there is one.
 pub(crate) fn cause_text(id: &str, limit: Option<f64>) -> String {
     let criterion = match id {
         LIMIT => Some("beyond the requirement's limit"),
@@ -30,12 +30,12 @@ pub(crate) fn cause_text(id: &str, limit: Option<f64>) -> String {
     criterion.map(str::to_owned).or_else(rule).or_else(flag).unwrap_or_else(|| id.to_owned())
 }
 
-/// Unit of a cause's value and limit.
+/// Returns the unit of a cause's value and limit.
 pub(crate) fn cause_unit(id: &str) -> &'static str {
     rule(id).map(|row| row.unit).or_else(|| Criterion::of(id).map(|criterion| criterion.unit)).unwrap_or("1")
 }
 
-/// A cause as a sentence: what it is, with value, limit, time and phase as far as there are any.
+/// Returns a cause as a sentence, with its value, limit, time and phase if known.
 pub fn cause_sentence(cause: &Cause) -> String {
     let unit = cause_unit(&cause.id);
     let mut text = cause_text(&cause.id, cause.limit);

@@ -9,15 +9,15 @@ use softdock_results::write_file;
 
 use crate::Result;
 use crate::compare::{Band, Compared, ComparedVariant, Spread, Wrong, short_times, times};
+use crate::exact::Share;
 use crate::number::{axis_label, shown_in};
 use crate::number::{digits_of, significant, unit_text};
 use crate::plots::Drawing;
 use crate::plots::bands::{aborted_figure, colour_of, metric_figure, wrong_figure};
 use crate::plots::cells::{Shown, cells_figure, medians};
-use crate::share::Share;
 use crate::templates::{STYLE, environment};
 
-/// Everything that the template names.
+/// Values of the template.
 #[derive(Serialize)]
 struct Page<'a> {
     style: &'static str,
@@ -53,7 +53,7 @@ struct Along {
     metrics: Vec<Drawing>,
 }
 
-/// What a cell of the table of bands says.
+/// Cell of the table of bands.
 #[derive(Serialize)]
 struct RateCell {
     share: String,

@@ -1,7 +1,7 @@
-//! Two results folders side by side: failures, rates and their difference, runs that changed, metrics.
+//! Comparison of two results folders: failures, rates and their difference, changed runs, metrics.
 //!
-//! With one seed, runs of the same number are pairs: each parameter has a random stream of its own. Else the folders are
-//! two independent samples.
+//! With equal seeds, runs of the same number are pairs, since each parameter has its own random stream. Otherwise the
+//! folders are two independent samples.
 
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
@@ -16,12 +16,11 @@ use softdock_results::shards::ShardIndex;
 use softdock_results::{Column, ColumnKind, Table, Values};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-use crate::exact::{Interval, READING_CONFIDENCE};
+use crate::exact::{Interval, READING_CONFIDENCE, Share};
 use crate::facts::{CampaignFacts, InvalidRuns};
 use crate::moments::Moments;
 use crate::number::{digits_of, interval, with_unit};
 use crate::proportions::{PairedFailures, independent_difference};
-use crate::share::Share;
 use crate::summary::PerLoop;
 use crate::terminal::table;
 use crate::{AnalysisError, Result};
@@ -38,9 +37,9 @@ const SHOWN_METRICS: usize = 12;
 /// One results folder.
 #[derive(Clone, Debug)]
 pub struct ResultsInput<'a> {
-    /// Name in the answer.
+    /// Name in the output.
     pub name: &'a str,
-    /// Where it lies.
+    /// Path of the folder.
     pub results: &'a Path,
     /// Its campaign.
     pub facts: CampaignFacts<'a>,
@@ -50,7 +49,7 @@ pub struct ResultsInput<'a> {
     pub numbered_as_drawn: bool,
 }
 
-/// Two results folders, the second against the first.
+/// Comparison of the second results folder with the first.
 #[derive(Clone, Debug, Serialize)]
 pub struct ResultsComparison {
     /// [`COMPARE_RESULTS_SCHEMA`].
@@ -59,7 +58,7 @@ pub struct ResultsComparison {
     pub first: ComparedResults,
     /// The second folder.
     pub second: ComparedResults,
-    /// Whether runs of the same number are pairs; else the samples are independent.
+    /// Whether runs of the same number are pairs; otherwise the samples are independent.
     pub paired: bool,
     /// Runs in both folders.
     pub pairs: u64,
@@ -77,10 +76,10 @@ pub struct ResultsComparison {
     pub metrics: Vec<MetricDifference>,
 }
 
-/// What is known of a folder.
+/// Description of a folder.
 #[derive(Clone, Debug, Serialize)]
 pub struct ComparedResults {
-    /// Name in the answer.
+    /// Name in the output.
     pub name: String,
     /// Campaign id.
     pub campaign: String,
@@ -90,9 +89,9 @@ pub struct ComparedResults {
     pub seed: u64,
     /// Runs of the campaign.
     pub runs_planned: u64,
-    /// Runs that are there.
+    /// Existing runs.
     pub runs_done: u64,
-    /// Whether every shard is there.
+    /// Whether every shard exists.
     pub complete: bool,
     /// Whether the runs are an independent sample.
     pub independent_runs: bool,
@@ -100,7 +99,7 @@ pub struct ComparedResults {
     pub outer_draws: u32,
 }
 
-/// One requirement in both folders.
+/// Requirement in both folders.
 #[derive(Clone, Debug, Serialize)]
 pub struct RequirementDifference {
     /// Id.
@@ -111,7 +110,7 @@ pub struct RequirementDifference {
     pub loops: PerLoop<FailureDifference>,
 }
 
-/// Failures of one requirement in one loop.
+/// Failures of a requirement in a loop.
 #[derive(Clone, Debug, Serialize)]
 pub struct FailureDifference {
     /// Failures in the first folder, invalid runs as its campaign counts them.
@@ -132,7 +131,7 @@ pub struct FailureDifference {
     pub newly_passed: Vec<u64>,
 }
 
-/// Runs whose status is another in the second folder.
+/// Runs whose status differs in the second folder.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct StatusChange {
     /// Column: `status` or `agreement`.
@@ -154,7 +153,7 @@ pub struct MetricDifference {
     pub column: String,
     /// SI unit.
     pub unit: String,
-    /// Runs that the means stand on: pairs that both have the metric, or the runs of each folder that have it.
+    /// Runs of the means: pairs with the metric in both, or the runs of each folder with it.
     pub runs: [u64; 2],
     /// Mean in the first folder.
     pub first: f64,
@@ -249,7 +248,7 @@ struct Layout {
     passes: Vec<[ColumnHandle<bool>; 2]>,
     metrics: Vec<Column>,
     inputs: Vec<String>,
-    /// All that is read.
+    /// Columns that are read.
     names: Vec<String>,
 }
 
@@ -273,7 +272,7 @@ impl Layout {
     }
 }
 
-/// One run as the comparison looks at it.
+/// Run of a comparison.
 struct Row {
     run: u64,
     status: Status,
@@ -334,7 +333,7 @@ impl<'a> Cursor<'a> {
     }
 }
 
-/// Failures of one requirement in one loop.
+/// Failures of a requirement in a loop.
 #[derive(Clone, Default)]
 struct Failures {
     /// Failures and runs of each folder, paired or not.
@@ -344,7 +343,7 @@ struct Failures {
     newly_passed: Vec<u64>,
 }
 
-/// What is summed over both folders.
+/// Sums over both folders.
 struct Sums {
     pairs: u64,
     other_inputs: u64,
@@ -529,14 +528,14 @@ pub fn compare_results_text(compared: &ResultsComparison) -> String {
     out
 }
 
-/// How the two are compared, and what that does not cover.
+/// Writes the design of the comparison and its limits.
 fn design_lines(out: &mut String, compared: &ResultsComparison) {
     let (one, two) = (&compared.first, &compared.second);
     let _ = if compared.paired {
         let alone = [one, two].map(|folder| folder.runs_done.saturating_sub(compared.pairs));
         let left_out = match alone {
             [0, 0] => String::new(),
-            [one, two] => format!("; {one} runs of A and {two} of B without a partner are left out"),
+            [one, two] => format!("; {one} runs of A and {two} of B without a partner are ignored"),
         };
         writeln!(out, "  {} pairs of runs with the same number and seed{left_out}", compared.pairs)
     } else {
@@ -549,7 +548,7 @@ fn design_lines(out: &mut String, compared: &ResultsComparison) {
         let _ = writeln!(out, "  {} pairs have other inputs: {shown}{more}", compared.pairs_of_other_inputs);
     }
     if [one, two].iter().any(|folder| !folder.independent_runs) {
-        out.push_str("  the runs are no independent sample: intervals and p-values are for reading, as if they were\n");
+        out.push_str("  the runs are no independent sample: intervals and p-values are informative, as if it were\n");
     }
     if [one, two].iter().any(|folder| folder.outer_draws > 1) {
         out.push_str("  intervals do not contain the spread of the outer draws: runs of one draw share its inputs\n");

@@ -1,4 +1,4 @@
-//! The content of a results folder, verified once for everything that is made from it.
+//! Verified content of a results folder.
 
 use softdock_results::shards::ShardIndex;
 use softdock_results::traces::{Traces, read_traces};
@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use crate::Result;
 use crate::facts::CampaignFacts;
 
-/// The shards and time histories of a results folder that are those of a campaign; every byte of them has been checked.
+/// Shards and time histories of a campaign in a results folder, with all hashes verified.
 #[derive(Clone, Debug)]
 pub struct Content {
     /// The folder.
@@ -19,15 +19,15 @@ pub struct Content {
 }
 
 impl Content {
-    /// Reads a results folder.
+    /// Reads and verifies a results folder.
     ///
     /// # Errors
-    /// If it cannot be read. Files that do not belong are listed, and are no error.
+    /// If it cannot be read. Foreign files are listed and are not an error.
     pub fn read(results: &Path, facts: &CampaignFacts) -> Result<Self> {
         Self::of_shards(results, facts.shards(results)?)
     }
 
-    /// The same of a folder whose shards have been read already.
+    /// Reads the rest of a folder whose shards have been read.
     ///
     /// # Errors
     /// If the folder cannot be read.
@@ -36,7 +36,7 @@ impl Content {
         Ok(Self { results: results.to_owned(), shards, traces })
     }
 
-    /// Files that do not belong, with the reason.
+    /// Returns the foreign files, with the reason.
     pub fn foreign(&self) -> impl Iterator<Item = &(PathBuf, String)> {
         self.shards.foreign.iter().chain(&self.traces.foreign)
     }

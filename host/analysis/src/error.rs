@@ -1,17 +1,17 @@
-//! What can go wrong in the analysis of a results folder.
+//! Errors of the analysis of a results folder.
 
 use std::path::PathBuf;
 
-/// Result of this crate.
+/// Result with this crate's error.
 pub(crate) type Result<T> = std::result::Result<T, AnalysisError>;
 
-/// A results folder that cannot be analysed.
+/// Error of the analysis of a results folder.
 #[derive(Debug, thiserror::Error)]
 pub enum AnalysisError {
-    /// A file could not be written, read or trusted.
+    /// A file could not be written, read or verified.
     #[error(transparent)]
     File(#[from] softdock_results::ResultsError),
-    /// The results are readable, but not those of the campaign.
+    /// The results do not belong to the campaign.
     #[error("{}: {what}", path.display())]
     Results {
         /// File or folder.
@@ -24,16 +24,16 @@ pub enum AnalysisError {
     Figure {
         /// Title of the figure.
         figure: String,
-        /// The plotting library's answer.
+        /// Message of the plotting library.
         what: String,
     },
-    /// The page could not be laid out.
+    /// The page could not be rendered.
     #[error("report page: {0}")]
     Page(#[from] minijinja::Error),
 }
 
 impl AnalysisError {
-    /// Whether an output could not be written: a matter of the disk, not of the input.
+    /// Returns whether the error is a failure to write an output.
     pub fn is_write_failure(&self) -> bool {
         matches!(self, Self::File(error) if error.is_write_failure())
     }

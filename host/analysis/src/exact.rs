@@ -6,26 +6,44 @@
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{Beta, ContinuousCDF, Normal};
 
-/// Confidence of two-sided intervals that are there for reading, not for sign-off.
+/// Confidence of two-sided intervals, which are informative and not for sign-off.
 pub const READING_CONFIDENCE: f64 = 0.95;
 
-/// Share of campaigns that a system of the tolerated failure rate passes.
+/// Probability that a system with the tolerated failure rate passes a campaign.
 pub const POWER: f64 = 0.9;
 
-/// A two-sided interval of a share.
+/// Two-sided interval of a share.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Interval {
     /// Lower end.
     pub lo: f64,
     /// Upper end.
     pub hi: f64,
-    /// Probability with which such intervals hold the true share.
+    /// Confidence: probability that such an interval contains the true share.
     pub confidence: f64,
 }
 
-/// One-sided Clopper-Pearson bound: the true share is at most this, with the given confidence.
+/// Counted share with its two-sided Clopper-Pearson interval.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Share {
+    /// Cases that count.
+    pub count: u64,
+    /// All cases.
+    pub cases: u64,
+    /// Interval of the true share.
+    pub interval: Interval,
+}
+
+impl Share {
+    /// Returns the share with its 95 % interval.
+    pub fn of(count: u64, cases: u64) -> Self {
+        Self { count, cases, interval: clopper_pearson(count, cases, READING_CONFIDENCE) }
+    }
+}
+
+/// Returns the one-sided upper Clopper-Pearson bound of the true share.
 ///
-/// 1 if every case counts, or without cases.
+/// It is 1 if every case counts, or without cases.
 pub fn upper_bound(count: u64, cases: u64, confidence: f64) -> f64 {
     if count >= cases {
         return 1.0;
@@ -37,12 +55,12 @@ pub fn upper_bound(count: u64, cases: u64, confidence: f64) -> f64 {
     quantile(count as f64 + 1.0, (cases - count) as f64, confidence)
 }
 
-/// One-sided Clopper-Pearson bound: the true share is at least this, with the given confidence.
+/// Returns the one-sided lower Clopper-Pearson bound of the true share.
 pub fn lower_bound(count: u64, cases: u64, confidence: f64) -> f64 {
     1.0 - upper_bound(cases.saturating_sub(count), cases, confidence)
 }
 
-/// Two-sided Clopper-Pearson interval.
+/// Returns the two-sided Clopper-Pearson interval.
 pub fn clopper_pearson(count: u64, cases: u64, confidence: f64) -> Interval {
     let one_sided = 0.5 + 0.5 * confidence;
     let lo = match count {
@@ -54,8 +72,8 @@ pub fn clopper_pearson(count: u64, cases: u64, confidence: f64) -> Interval {
     Interval { lo, hi: upper_bound(count, cases, one_sided), confidence }
 }
 
-/// Share of runs over several draws of what is uncertain, each with its count and its cases; with the two-sided interval
-/// that the chance of the runs (Clopper-Pearson) and the spread of the draws make together.
+/// Returns the share of runs over several epistemic draws, each with its count and cases, with a two-sided interval
+/// that combines the sampling error of the runs (Clopper-Pearson) and the variance between draws.
 pub fn pooled(draws: &[(u64, u64)], confidence: f64) -> (f64, Interval) {
     let (count, cases) = draws.iter().fold((0, 0), |(k, n), draw| (k + draw.0, n + draw.1));
     let chance = clopper_pearson(count, cases, confidence);
@@ -68,7 +86,7 @@ pub fn pooled(draws: &[(u64, u64)], confidence: f64) -> (f64, Interval) {
     let own = |n: f64| share * (1.0 - share) / n;
     let spread = filled.iter().map(|(p, n)| (p - share).powi(2) - own(*n)).sum::<f64>() / filled.len() as f64;
     let normal = Normal::standard().inverse_cdf(0.5 + 0.5 * confidence);
-    // What the draws differ by beyond the chance of their own runs.
+    // Variance between draws beyond the sampling error of their runs.
     let draws = normal * spread.max(0.0).sqrt();
     let interval = Interval {
         lo: (share - (share - chance.lo).hypot(draws)).max(0.0),
@@ -78,7 +96,7 @@ pub fn pooled(draws: &[(u64, u64)], confidence: f64) -> (f64, Interval) {
     (share, interval)
 }
 
-/// Two-sided Wilson interval: on average right, but not in every case; for reading only.
+/// Returns the two-sided Wilson interval, whose coverage is right on average only; informative, not for sign-off.
 pub fn wilson(count: u64, cases: u64, confidence: f64) -> Interval {
     if cases == 0 {
         return Interval { lo: 0.0, hi: 1.0, confidence };
@@ -93,7 +111,8 @@ pub fn wilson(count: u64, cases: u64, confidence: f64) -> Interval {
     Interval { lo: ((centre - half) / scale).max(0.0), hi: ((centre + half) / scale).min(1.0), confidence }
 }
 
-/// The most failures among `runs` that still demonstrate `probability` with `confidence`; `None` if not even zero do.
+/// Returns the largest number of failures among `runs` that demonstrates `probability` with `confidence`; `None` if
+/// none does.
 pub fn allowed_failures(runs: u64, probability: f64, confidence: f64) -> Option<u64> {
     let demonstrates = |failures| upper_bound(failures, runs, confidence) <= 1.0 - probability;
     if runs == 0 || !demonstrates(0) {
@@ -107,7 +126,8 @@ pub fn allowed_failures(runs: u64, probability: f64, confidence: f64) -> Option<
     Some(yes)
 }
 
-/// The fewest runs of which `failures` may fail; `None` for a probability or confidence that no number of runs shows.
+/// Returns the smallest number of runs that allows `failures` failures; `None` for a probability or confidence that no
+/// number of runs demonstrates.
 pub fn smallest_runs(failures: u64, probability: f64, confidence: f64) -> Option<u64> {
     let possible = probability > 0.0 && probability < 1.0 && confidence > 0.0 && confidence < 1.0;
     let enough = |runs| upper_bound(failures, runs, confidence) <= 1.0 - probability;
@@ -123,14 +143,15 @@ pub fn smallest_runs(failures: u64, probability: f64, confidence: f64) -> Option
     possible.then_some(yes)
 }
 
-/// The true failure rate with which a campaign of `runs` and so many allowed failures is passed 9 times in 10.
+/// Returns the true failure rate at which a campaign of `runs` with `allowed` failures is passed with probability
+/// [`POWER`].
 pub fn tolerated_rate(runs: u64, allowed: u64) -> f64 {
     // P(X <= r | p) = 1 - I_p(r + 1, n - r) = POWER.
     upper_bound(allowed, runs, 1.0 - POWER)
 }
 
-/// Wilks: the rank from the bad end (1 = worst) of the order statistic beyond which at least `probability` of all
-/// cases lie, with `confidence`; `None` if the sample is too small.
+/// Returns the rank from the worst (1) of the order statistic beyond which at least `probability` of all cases are,
+/// with `confidence` (Wilks); `None` if the sample is too small.
 pub fn tolerance_rank(runs: u64, probability: f64, confidence: f64) -> Option<u64> {
     allowed_failures(runs, probability, confidence).map(|allowed| allowed + 1)
 }

@@ -1,4 +1,4 @@
-//! What summary and report must know of a campaign.
+//! Campaign data for summary and report.
 
 use softdock_campaign::requirement::{AgreementRequirement, Requirement};
 use softdock_results::shards::{Origin, ShardIndex, ShardPlan};
@@ -6,16 +6,16 @@ use std::path::Path;
 
 use crate::summary::{Extension, Judgement};
 
-/// What an invalid run counts as.
+/// Policy for invalid runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum InvalidRuns {
     /// A failure of every requirement: the policy for sign-off.
     CountAsFailures,
-    /// Nothing; they are reported, and the verdict stands on the other runs.
+    /// Excluded from the verdict, and reported.
     ReportOnly,
 }
 
-/// A checked campaign, as far as the analysis looks at it.
+/// Checked campaign, for the analysis.
 #[derive(Clone, Debug)]
 pub struct CampaignFacts<'a> {
     /// Id; also the name of the results folder.
@@ -30,19 +30,19 @@ pub struct CampaignFacts<'a> {
     pub seed: u64,
     /// Version of softdock that made the runs.
     pub version: &'a str,
-    /// The commit that it was built from.
+    /// Commit of that build.
     pub commit: &'a str,
-    /// Runs and how they are cut into shards.
+    /// Runs and their division into shards.
     pub plan: ShardPlan,
-    /// What an invalid run counts as.
+    /// Policy for invalid runs.
     pub invalid: InvalidRuns,
-    /// False for Sobol and Latin hypercube samples: they are for exploring, binomial statements need independence.
+    /// False for exploratory samples (Sobol', Latin hypercube): binomial statements require independence.
     pub independent_runs: bool,
-    /// True if the runs are given cases: nothing can be concluded from them on other runs. They are not independent.
+    /// True if the runs are given cases, which are not independent and permit no inference on other runs.
     pub given_cases: bool,
-    /// When the campaign got more runs.
+    /// Extensions of the campaign.
     pub extensions: &'a [Extension],
-    /// When the runs were judged anew.
+    /// Repeated judgements of the runs.
     pub judgements: &'a [Judgement],
     /// The requirements on single runs.
     pub requirements: &'a [Requirement],
@@ -51,7 +51,7 @@ pub struct CampaignFacts<'a> {
 }
 
 impl CampaignFacts<'_> {
-    /// The shards of a results folder that are this campaign's; every byte and run number of them has been checked.
+    /// Returns this campaign's shards in a results folder, with all bytes and run numbers verified.
     ///
     /// # Errors
     /// If the folder cannot be read.
@@ -59,7 +59,7 @@ impl CampaignFacts<'_> {
         ShardIndex::scan(results, self.plan, &self.origin())
     }
 
-    /// What the campaign's rows have in common.
+    /// Returns the common origin of the campaign's rows.
     pub fn origin(&self) -> Origin {
         let [campaign_hash, version, commit] = [self.hash, self.version, self.commit].map(str::to_owned);
         Origin { campaign_hash, seed: self.seed, version, commit }

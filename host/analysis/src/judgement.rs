@@ -1,7 +1,7 @@
-//! Runs judged: outcome and cause of both loops, custom metrics, every requirement, status and agreement.
+//! Judgement of runs: outcome and cause of both loops, custom metrics, requirements, status and agreement.
 //!
-//! A run is judged by what its row holds: applied inputs, metrics of both loops, flags, and the rule that stopped the
-//! session. Nothing is stepped, so that finished runs can be judged again by other criteria and requirements.
+//! A run is judged by its row alone: applied inputs, metrics of both loops, flags, and the rule that stopped the
+//! session. No run is simulated, so finished runs can be judged again by other criteria and requirements.
 
 use softdock_campaign::Campaign;
 use softdock_campaign::criteria::first_breach;
@@ -14,7 +14,7 @@ use softdock_results::runs::{
     RunsSchema, Status,
 };
 
-/// By what the runs of a campaign are judged.
+/// Criteria by which the runs of a campaign are judged.
 #[derive(Clone, Copy, Debug)]
 pub struct Judge<'a> {
     task: &'a Task,
@@ -23,13 +23,13 @@ pub struct Judge<'a> {
 }
 
 impl<'a> Judge<'a> {
-    /// The criteria, custom metrics and requirements of a campaign.
+    /// Returns the criteria, custom metrics and requirements of a campaign.
     pub fn of(campaign: &'a Campaign) -> Self {
         let (metrics, requirements) = (&campaign.metrics, &campaign.requirements);
         Self { task: &campaign.scenario.model.task, metrics, requirements }
     }
 
-    /// The columns of the judged runs.
+    /// Returns the columns of the judged runs.
     pub fn schema(&self) -> RunsSchema {
         let own = |metric: &CustomMetric| CustomMetricColumn {
             column: metric.column(),
@@ -40,7 +40,7 @@ impl<'a> Judge<'a> {
         RunsSchema::new(self.metrics.iter().map(own).collect(), self.requirements.iter().map(requirement).collect())
     }
 
-    /// Judges a run by its inputs, metrics, flags and, where its session was aborted, the cause of that.
+    /// Judges a run by its inputs, metrics, flags and, for an aborted session, its cause.
     pub fn judge(&self, row: &mut RunRow) {
         let invalid = row.flags & flags::INVALID != 0;
         for side in [&mut row.space, &mut row.hil] {
@@ -68,7 +68,7 @@ impl<'a> Judge<'a> {
         };
     }
 
-    /// A loop judged by the criteria of the task.
+    /// Judges a loop by the criteria of the task.
     fn by_task(&self, metrics: &Metrics<f64>) -> (Outcome, Option<Cause>) {
         let Some((criterion, breach)) = first_breach(self.task, metrics) else { return (Outcome::Pass, None) };
         let cause = Cause {
@@ -82,14 +82,14 @@ impl<'a> Judge<'a> {
     }
 }
 
-/// The first flag that makes a run invalid.
+/// Returns the first flag that makes a run invalid.
 fn invalidity(set: u32) -> Cause {
     let flag = flags::TABLE.iter().find(|(bit, ..)| set & flags::INVALID & bit != 0);
     let id = flag.map_or("", |(_, name, _)| name).to_owned();
     Cause { id, time: None, value: None, limit: None, phase: None }
 }
 
-/// How a loop meets a requirement. An invalid run has no result, an aborted session gives no answer.
+/// Returns the result of a requirement in a loop; none for an invalid run or an aborted session.
 fn result(requirement: &Requirement, side: &LoopRow) -> RequirementResult {
     if matches!(side.outcome, Outcome::Aborted | Outcome::Invalid) {
         return RequirementResult::default();

@@ -1,4 +1,4 @@
-//! Mean, spread and range of values that come one by one (Welford's recurrence).
+//! Mean, standard deviation and range of a sequence of values (Welford's recurrence).
 
 /// Moments of the values so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -1,8 +1,8 @@
-//! Numbers as people read them in tables, on axes and in sentences.
+//! Formats of numbers in tables, on axes and in sentences.
 
 use crate::exact::Interval;
 
-/// A number with so many significant digits, without trailing zeros; powers of ten below 1e-4 and from 1e6.
+/// Formats a number with `digits` significant digits, without trailing zeros; powers of ten below 1e-4 and from 1e6.
 pub fn significant(value: f64, digits: usize) -> String {
     let text = digits_of(value, digits);
     match text.split_once('e') {
@@ -11,7 +11,7 @@ pub fn significant(value: f64, digits: usize) -> String {
     }
 }
 
-/// As [`significant`], with its trailing zeros: for rates and bounds, whose digits say how exact they are.
+/// Formats as [`significant`] does, with trailing zeros: for rates and bounds, whose digits state their precision.
 pub fn digits_of(value: f64, digits: usize) -> String {
     if value == 0.0 {
         return "0".to_owned();
@@ -33,29 +33,29 @@ fn trimmed(text: &str) -> &str {
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { text }
 }
 
-/// A unit with raised exponents (`kg m²/s`).
+/// Formats a unit with raised exponents (`kg m²/s`).
 pub fn unit_text(unit: &str) -> String {
     unit.replace("^2", "²")
 }
 
-/// A value with its unit; pure numbers stay alone.
+/// Formats a value with its unit, if it has one.
 pub fn with_unit(value: f64, unit: &str) -> String {
     let number = significant(value, 4);
     if unit == "1" { number } else { format!("{number} {}", unit_text(unit)) }
 }
 
-/// A probability in per cent, with all its digits (`99.865 %`).
+/// Formats a probability in per cent, with all its digits (`99.865 %`).
 pub fn percent(share: f64) -> String {
     format!("{} %", significant(share * 100.0, 8))
 }
 
-/// An interval of a share: `1.2 % to 3.4 % (95 %)`.
+/// Formats an interval of a share: `1.2 % to 3.4 % (95 %)`.
 pub fn interval(interval: &Interval) -> String {
     let end = |share: f64| digits_of(share * 100.0, 3);
     format!("{} to {} % ({} confidence)", end(interval.lo), end(interval.hi), percent(interval.confidence))
 }
 
-/// A whole number with thin groups of three: `20 000`.
+/// Formats an integer with thin spaces between groups of three: `20 000`.
 pub fn grouped(count: u64) -> String {
     let digits = count.to_string();
     let mut out = String::new();

@@ -1,4 +1,4 @@
-//! How far runs differ that were made twice: by the campaign's backend and in f64, at the substep and at half of it.
+//! Differences between repeated runs: the campaign's backend and f64, the substep and half of it.
 
 use serde::{Deserialize, Serialize};
 use softdock_kernels::metrics::flags::HIL_UNSTABLE;
@@ -7,19 +7,19 @@ use softdock_results::parity::Repetition;
 use softdock_results::{Column, Table, Values};
 use std::collections::BTreeSet;
 
-use crate::share::Share;
+use crate::exact::Share;
 
-/// Factor on a margin's RMS difference within which a flip of its verdict is no surprise.
+/// Factor on a margin's RMS difference within which a changed verdict is expected.
 const EXPLAINED: f64 = 3.0;
 
-/// The comparison of runs that were made twice.
+/// Comparison of repeated runs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Parity {
-    /// Runs that were made twice.
+    /// Repeated runs.
     pub runs: u64,
-    /// Runs of which some verdict differs.
+    /// Runs with a different verdict.
     pub flipped: Share,
-    /// Of those the runs in which the facility's loop diverged in one of the two alone.
+    /// Of these, runs in which the facility's loop diverged in only one of the two.
     pub diverged: u64,
     /// Differences of each metric and margin.
     pub metrics: Vec<MetricParity>,
@@ -46,19 +46,19 @@ pub struct MetricParity {
     pub rms_difference: f64,
 }
 
-/// One verdict that differs.
+/// Verdict that differs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Flip {
     /// Run number.
     pub run: u64,
     /// Column name.
     pub column: String,
-    /// The margin of the run made again, for a requirement.
+    /// Margin of the repeated run, for a requirement.
     pub margin: Option<f64>,
     /// Whether that margin is within three RMS differences of zero.
     pub within_three_rms: Option<bool>,
-    /// Whether the facility's loop diverged in one of the two alone: where every touch creates energy, rounding decides
-    /// which run gets away.
+    /// Whether the facility's loop diverged in only one of the two: where every contact injects energy, rounding
+    /// decides which run separates.
     pub diverged: bool,
 }
 

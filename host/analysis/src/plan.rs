@@ -1,4 +1,4 @@
-//! How many runs a requirement needs: the answer of `plan`, as text.
+//! Number of runs for a requirement: the output of `plan`.
 
 use std::fmt::Write;
 
@@ -13,7 +13,7 @@ const LISTED_FAILURES: [u64; 8] = [0, 1, 2, 3, 5, 10, 20, 50];
 /// Campaign sizes for which the allowed failures are listed.
 const LISTED_RUNS: [u64; 5] = [2_000, 10_000, 20_000, 100_000, 1_000_000];
 
-/// The plan for a probability and a confidence, and what the campaign's own number of runs allows.
+/// Returns the plan for a probability and a confidence, with the failures that the campaign's number of runs allows.
 pub fn plan_text(probability: f64, confidence: f64, runs: Option<u64>) -> String {
     let mut out = String::new();
     let _ = writeln!(out, "{} of all cases, shown with {} confidence", percent(probability), percent(confidence));
@@ -65,7 +65,8 @@ pub fn parse_share(text: &str) -> Result<f64, String> {
     possible.then_some(value).ok_or_else(|| "a share lies above 0 and is at most 99.9999%".to_owned())
 }
 
-/// One sentence for `check`: what the campaign's number of runs allows, and what ten times as many would.
+/// Returns a sentence for `check`: the failures that the campaign's number of runs allows, and that ten times as many
+/// allow.
 pub fn plan_line(probability: f64, confidence: f64, runs: u64) -> String {
     let asked = format!("{}/{}", percent(probability), percent(confidence));
     match allowed_failures(runs, probability, confidence) {

@@ -1,10 +1,10 @@
-//! The agreement table in plain words.
+//! Sentences for the agreement table.
 
+use crate::exact::Share;
 use crate::number::interval;
-use crate::share::Share;
 use crate::summary::Summary;
 
-/// What the facility's verdicts are worth, in sentences that each carry their interval.
+/// Returns sentences on the facility's false verdicts, each with its interval.
 pub(crate) fn agreement_reading(summary: &Summary) -> Vec<String> {
     let agreement = &summary.agreement;
     let of = |share: &Share, what: &str, then: &str, rate: &str| match share.cases {
@@ -26,7 +26,7 @@ pub(crate) fn agreement_reading(summary: &Summary) -> Vec<String> {
     }
     if agreement.invalid.count > 0 {
         let invalid = plural(agreement.invalid.count, "run is", "runs are");
-        sentences.push(format!("{invalid} invalid and stand in no cell: {}.", unbroken(&agreement.invalid)));
+        sentences.push(format!("{invalid} invalid and in no cell: {}.", unbroken(&agreement.invalid)));
     }
     sentences
 }

@@ -21,7 +21,7 @@ use crate::reading::agreement_reading;
 use crate::summary::Summary;
 use crate::templates::{STYLE, environment};
 
-/// One dispersed parameter, in the words of the campaign file.
+/// Dispersed parameter, as in the campaign file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ReportedDispersion {
     /// Target in the campaign file.
@@ -36,16 +36,16 @@ pub struct ReportedDispersion {
     pub source: String,
 }
 
-/// A statement with its value, for the report's small tables.
+/// Named value, for the report's small tables.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Fact {
-    /// What is stated.
+    /// Name.
     pub name: String,
     /// Its value, with unit.
     pub value: String,
 }
 
-/// What the report page needs beside the summary.
+/// Inputs of the report page besides the summary.
 #[derive(Clone, Debug)]
 pub struct ReportInput<'a> {
     /// The campaign.
@@ -54,7 +54,7 @@ pub struct ReportInput<'a> {
     pub content: &'a Content,
     /// One row per dispersed parameter.
     pub dispersions: Vec<ReportedDispersion>,
-    /// Scenario, model, step sizes, hashes: whatever the reader of the numbers should know.
+    /// Configuration: scenario, model, step sizes, hashes.
     pub configuration: Vec<Fact>,
     /// Commands that repeat the campaign, one per line.
     pub commands: Vec<String>,
@@ -77,7 +77,7 @@ struct DispersionRow {
     range: String,
 }
 
-/// Everything that the template names.
+/// Values of the template.
 #[derive(Serialize)]
 struct Page<'a> {
     style: &'static str,

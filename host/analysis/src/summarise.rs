@@ -10,10 +10,9 @@ use softdock_results::runs::{Agreement, Status};
 use softdock_results::shards::ShardIndex;
 
 use crate::content::Content;
-use crate::exact::{READING_CONFIDENCE, allowed_failures, upper_bound, wilson};
+use crate::exact::{READING_CONFIDENCE, Share, allowed_failures, upper_bound, wilson};
 use crate::facts::{CampaignFacts, InvalidRuns};
 use crate::parity::Parity;
-use crate::share::Share;
 use crate::summary::{
     Accounting, AgreementSummary, Completeness, DeviceShards, FlagCount, IgnoredFile, LoopSummary, OuterSummary,
     PerLoop, RateSummary, RequirementSummary, SUMMARY_SCHEMA, Summary, Verdict,
@@ -34,11 +33,11 @@ pub fn summarise_folder(results: &Path, facts: &CampaignFacts) -> Result<Summary
 
 /// Judges the content of a results folder.
 ///
-/// A file under `runs/` that is damaged, stray or of another campaign counts for nothing and is listed: its shard is
-/// missing, unless another file holds it.
+/// A file under `runs/` that is damaged, stray or of another campaign is ignored and listed. Its shard is missing,
+/// unless another file contains it.
 ///
 /// # Errors
-/// If a file cannot be read any more.
+/// If a file can no longer be read.
 pub fn summarise(content: &Content, facts: &CampaignFacts) -> Result<Summary> {
     let (results, index) = (content.results.as_path(), &content.shards);
     let mut tally = Tally::new(facts);
@@ -71,7 +70,7 @@ fn judge(facts: &CampaignFacts, completeness: Completeness, tally: &Tally) -> Su
         facts.agreement.iter().map(|requirement| rate_summary(facts, requirement, tally, complete)).collect();
     let verdicts = requirements.iter().map(|requirement| requirement.verdict);
     let verdicts: Vec<Verdict> = verdicts.chain(agreement_requirements.iter().map(|rate| rate.verdict)).collect();
-    // Nothing is verified where nothing is required.
+    // A campaign without requirements has no verdict.
     let verdict = match facts.independent_runs && !verdicts.is_empty() {
         true => overall(verdicts.into_iter()),
         false => Verdict::Undecided,
@@ -114,7 +113,8 @@ fn judge(facts: &CampaignFacts, completeness: Completeness, tally: &Tally) -> Su
     }
 }
 
-/// One failed requirement fails the campaign, one open requirement leaves it open.
+/// Returns the overall verdict: one failed requirement fails the campaign, one undecided requirement makes it
+/// undecided.
 fn overall(verdicts: impl Iterator<Item = Verdict>) -> Verdict {
     verdicts.fold(Verdict::Verified, |sum, verdict| match (sum, verdict) {
         (Verdict::NotVerified, _) | (_, Verdict::NotVerified) => Verdict::NotVerified,
@@ -296,7 +296,7 @@ fn loop_summary(
     }
 }
 
-/// Epistemic outside, aleatory inside: every draw has its own verdict, and the worst one counts.
+/// Returns the summary of the outer (epistemic) draws: every draw has its own verdict, and the worst one counts.
 fn outer_summary(draws: &BTreeMap<u32, DrawCount>, greatest_rate: f64, confidence: f64) -> OuterSummary {
     let bound = |draw: &DrawCount| upper_bound(draw.failures, draw.runs, confidence);
     let verified = draws.values().filter(|draw| bound(draw) <= greatest_rate).count();
@@ -328,7 +328,7 @@ fn agreement(counts: &AgreementCounts) -> AgreementSummary {
         aborted_fail: share(Agreement::AbortedFail),
         invalid: share(Agreement::Invalid),
         abort_rate: Share::of(aborted_pass + aborted_fail, runs - count(Agreement::Invalid)),
-        // A session that was aborted misleads nobody: it counts among the cases, not among the wrong verdicts.
+        // An aborted session is no false verdict: it counts among the cases only.
         false_pass_rate: Share::of(false_pass, false_pass + true_fail + aborted_fail),
         false_fail_rate: Share::of(false_fail, false_fail + true_pass + aborted_pass),
         misleading_passes: Share::of(false_pass, false_pass + true_pass),

@@ -2,9 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::exact::Interval;
+use crate::exact::{Interval, Share};
 use crate::parity::Parity;
-use crate::share::Share;
 
 /// Version of `summary.json`; keys are only added within one major.
 pub const SUMMARY_SCHEMA: &str = "summary/3";
@@ -286,7 +285,7 @@ pub struct LoopSummary {
     /// One-sided Clopper-Pearson bound of the failure rate, at the requirement's confidence; null if the runs are not
     /// independent.
     pub failure_rate_bound: Option<f64>,
-    /// Two-sided Wilson interval of the failure rate, for reading; null if the runs are not independent.
+    /// Two-sided Wilson interval of the failure rate (informative); null if the runs are not independent.
     pub wilson: Option<Interval>,
     /// The valid run with the smallest margin.
     pub worst: Option<RunMargin>,

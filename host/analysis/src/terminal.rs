@@ -6,9 +6,9 @@ use softdock_campaign::requirement::{Rate, Subject};
 use softdock_results::parity::{HALF_STEP, PARITY, Repetition};
 
 use crate::causes::cause_text;
+use crate::exact::Share;
 use crate::number::{digits_of, interval, percent, with_unit};
 use crate::parity::Parity;
-use crate::share::Share;
 use crate::summary::{LoopSummary, RateSummary, RequirementSummary, Summary};
 
 /// The whole verdict: requirements, agreement, accounting, repeated runs.
@@ -48,13 +48,13 @@ pub fn verdict_text(summary: &Summary) -> String {
     }
     if summary.given_cases {
         out.push_str("  given cases, no verdict: the inputs are no sample of what the campaign disperses;\n");
-        out.push_str("  counts are those of these cases, intervals are for reading, as if the cases were drawn\n");
+        out.push_str("  counts are those of these cases; intervals are informative, as if the cases were drawn\n");
     } else if !summary.independent_runs {
         out.push_str(
             "  exploring only, no verdict: the runs are not independent (Sobol' or Latin hypercube sample);\n",
         );
         out.push_str(
-            "  intervals are for reading, as if they were; write sampling.method = \"random\" for a verdict\n",
+            "  intervals are informative, as if they were; write sampling.method = \"random\" for a verdict\n",
         );
     }
     requirement_lines(&mut out, summary);
@@ -69,7 +69,7 @@ pub fn verdict_text(summary: &Summary) -> String {
     out
 }
 
-/// Who made the rows; rows of f32 and of f64 side by side are said to be so.
+/// Returns the devices of the rows, with a note if rows of f32 and f64 are mixed.
 fn made_on_line(out: &mut String, summary: &Summary) {
     let devices = &summary.completeness.devices;
     let shards = |count: u32| format!("{count} {}", if count == 1 { "shard" } else { "shards" });
@@ -111,7 +111,8 @@ fn requirement_lines(out: &mut String, summary: &Summary) {
 /// What a sample that is not independent shows.
 const EXPLORING: &str = "exploring only, no verdict";
 
-/// One loop of a requirement. A loop in parentheses is for reading: the requirement is judged on its subject.
+/// Returns the row of a requirement in a loop. A loop in parentheses is informative: the requirement is judged on its
+/// subject.
 fn requirement_row(name: &str, side: &str, requirement: &RequirementSummary, judged: &LoopSummary) -> [String; 6] {
     let (failed, mut reading) = match judged.failure_rate_bound {
         Some(bound) => {
@@ -166,7 +167,7 @@ fn agreement_lines(out: &mut String, summary: &Summary) {
             row("aborted, passes", &agreement.aborted_pass, "the session was stopped, space passes"),
             row("aborted, fails", &agreement.aborted_fail, "the session was stopped, space fails"),
             row("invalid", &agreement.invalid, "numbers that cannot be trusted"),
-            row("abort rate", &agreement.abort_rate, "of the valid runs: the facility gives no answer"),
+            row("abort rate", &agreement.abort_rate, "of the valid runs: no verdict of the facility"),
             row("false-pass rate", &agreement.false_pass_rate, "of the runs that fail in space"),
             row("false-fail rate", &agreement.false_fail_rate, "of the runs that pass in space"),
             row("misleading passes", &agreement.misleading_passes, "of the runs that the facility passes"),

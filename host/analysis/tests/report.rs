@@ -61,7 +61,7 @@ fn page_has_every_section_and_figure_and_needs_no_network() {
     let (page, summary) = page(&results, &requirements, RUNS);
     for section in [
         "1. Requirements",
-        "2. What the facility's verdict is worth",
+        "2. Agreement of the facility with space",
         "3. Margins",
         "4. Success against each dispersed input",
         "5. Energy injected by the facility",
@@ -82,9 +82,9 @@ fn page_has_every_section_and_figure_and_needs_no_network() {
         assert!(!page.contains(remote), "the page refers to {remote}");
     }
     assert!(page.contains("tribology &lt;vacuum&gt; &amp; air"), "text is not escaped");
-    assert!(page.contains("50 runs were repeated at half the substep. In 0 of them some verdict differs"));
-    assert!(page.contains("100 runs were repeated in f64. In 2 of them some verdict differs"));
-    assert!(page.contains("In 1 of these the facility's loop diverged in one of the two alone"));
+    assert!(page.contains("50 runs were repeated at half the substep. In 0 of them a verdict differs"));
+    assert!(page.contains("100 runs were repeated in f64. In 2 of them a verdict differs"));
+    assert!(page.contains("In 1 of these the facility's loop diverged in only one of the two"));
     assert!(page.contains("✗ Not verified") && page.contains("✓ Verified"));
     assert!(page.len() < 3_000_000, "{} bytes", page.len());
     let path = write_summary(&results, &summary).unwrap();
@@ -108,7 +108,7 @@ fn incomplete_or_empty_campaign_has_a_page() {
     write_shards(results.path(), RUNS, 0..1);
     let (partial, _) = page(results.path(), &requirements, RUNS);
     assert!(partial.contains("7 of 8 shards are missing") && partial.contains("Missing shards: 1, 2, 3"));
-    assert!(partial.contains("The campaign keeps no traces") && partial.contains("parity table absent"));
+    assert!(partial.contains("The campaign records no traces") && partial.contains("parity table absent"));
 }
 
 #[test]

@@ -20,7 +20,7 @@ const TIED: f64 = 0.8;
 /// Mean square of whitened residuals that may be noise alone.
 pub(crate) const NEARLY_NOISE: f64 = 1.1;
 /// Largest nuisance z-score of a combination.
-pub(crate) const PULLED: f64 = 4.5;
+pub(crate) const LARGEST_Z: f64 = 4.5;
 
 /// Returns whether a fit is admissible: every effect has a size that differs from nominal, so that not its form alone
 /// explains the data (a gear's stiffness without backlash), and a plausible form (a Stribeck speed beyond all speeds is
@@ -52,7 +52,7 @@ pub(crate) fn is_admissible(
 
 /// Returns the nuisance parameters beyond the limit of a combination; see [`Fitted::nuisances`].
 pub(crate) fn nuisances_beyond_prior(fitted: &Fitted) -> impl Iterator<Item = (usize, &Unknown, f64)> {
-    fitted.nuisances().filter(|(_, _, z)| z.abs() > PULLED)
+    fitted.nuisances().filter(|(_, _, z)| z.abs() > LARGEST_Z)
 }
 
 /// Returns whether there are any.

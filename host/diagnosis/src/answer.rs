@@ -198,9 +198,11 @@ pub struct BlockAnswer {
     /// Causes that are not detectable with these data.
     pub not_visible: Vec<NotVisible>,
     /// Pairs of causes that are confounded in these data.
-    pub alike: Vec<[&'static str; 2]>,
+    #[serde(rename = "alike")]
+    pub confounded: Vec<[&'static str; 2]>,
     /// Nuisance parameters beyond their prior: name and z-score.
-    pub strained: Vec<(String, f64)>,
+    #[serde(rename = "strained")]
+    pub nuisances_beyond_prior: Vec<(String, f64)>,
     /// Number of whitened samples in the fit.
     pub samples: usize,
 }

@@ -110,7 +110,7 @@ fn block_text(block: &BlockAnswer) -> String {
         let listed = block.partner_missing.join(", ");
         lines.push(format!("  confounded, not in the library, possible cause: {listed}"));
     }
-    for (name, z) in &block.strained {
+    for (name, z) in &block.nuisances_beyond_prior {
         lines.push(format!("  nuisance parameter beyond its prior: {name}, z-score {}", significant(*z, 2)));
     }
     if !block.ruled_out.is_empty() {
@@ -122,8 +122,8 @@ fn block_text(block: &BlockAnswer) -> String {
         let listed: Vec<&str> = block.not_visible.iter().map(|effect| effect.id).collect();
         lines.push(format!("  not detectable with these data at a plausible size: {}", listed.join(", ")));
     }
-    if !block.alike.is_empty() {
-        let listed: Vec<String> = block.alike.iter().map(|[a, b]| format!("{a} and {b}")).collect();
+    if !block.confounded.is_empty() {
+        let listed: Vec<String> = block.confounded.iter().map(|[a, b]| format!("{a} and {b}")).collect();
         lines.push(format!("  confounded in these motions: {}", listed.join(", ")));
     }
     lines.join("\n")

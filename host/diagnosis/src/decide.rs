@@ -1,6 +1,6 @@
 //! Decision: from the judgement of a block to its answer.
 
-use crate::admissibility::{PULLED, has_nuisance_beyond_prior};
+use crate::admissibility::{LARGEST_Z, has_nuisance_beyond_prior};
 use crate::answer::{
     BlockAnswer, DiagnosisVerdict, EffectFound, Gain, NotVisible, Residual, RuledOut, covariance, parameters,
 };
@@ -18,7 +18,7 @@ const GAP: f64 = 3.0;
 /// Share of the misfit that a fit must explain where it is not adequate.
 const EXPLAINED: f64 = 0.8;
 /// z-score from which a nuisance parameter is a finding of its own.
-const STRAINED: f64 = 3.5;
+const REPORTED_Z: f64 = 3.5;
 /// Gain from which on an effect is worth knowing.
 const PRACTICAL: f64 = 0.01;
 /// Correlation of signatures from which two effects are confounded.
@@ -36,7 +36,7 @@ pub(crate) fn decide(
     let ranking: Vec<&Candidate> = judgement.admissible().collect();
     let best = ranking.first().copied();
     let is_there = |best: &&Candidate| judgement.finds(best, library.len()) && !is_nothing(best);
-    let present = best.filter(|best| is_there(best) && !context.rests_on_a_pull(best));
+    let present = best.filter(|best| is_there(best) && !context.only_reduces_a_nuisance(best));
     let rivals = present.map_or_else(Vec::new, |best| context.rivals(best, &ranking));
     let partners = present.map_or_else(Vec::new, |best| context.missing_partners(best, missing));
     let answer = context.verdict(present, best, rivals.len() > 1 || !partners.is_empty());
@@ -59,8 +59,8 @@ pub(crate) fn decide(
         held_out: judgement.ranking.iter().any(|candidate| candidate.adequacy.is_some()),
         ruled_out: context.ruled_out(&shown),
         not_visible: context.not_visible(),
-        alike: context.alike(),
-        strained: nuisances_beyond_prior(present.map_or(&judgement.null, |best| &best.fitted)),
+        confounded: context.confounded(),
+        nuisances_beyond_prior: nuisances_beyond_prior(present.map_or(&judgement.null, |best| &best.fitted)),
         samples: judgement.samples,
     }
 }
@@ -93,30 +93,30 @@ impl Context<'_> {
 
     /// Returns whether an effect is detected only because it reduces a rare but possible nuisance z-score: then the
     /// nuisance parameter is the finding, unless it is the effect's own size.
-    fn rests_on_a_pull(&self, best: &Candidate) -> bool {
+    fn only_reduces_a_nuisance(&self, best: &Candidate) -> bool {
         let null = &self.judgement.null;
-        let pulls = null.unknowns.iter().zip(&null.z);
-        let Some((nuisance, z)) = pulls.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())) else {
+        let z_scores = null.unknowns.iter().zip(&null.z);
+        let Some((nuisance, z)) = z_scores.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())) else {
             return false;
         };
         let of_best = best.fitted.place(nuisance.field);
-        let spared = of_best.filter(|place| best.fitted.unknowns[*place].role == Role::Nuisance);
-        let rare = (STRAINED..PULLED).contains(&z.abs());
-        let pull = spared.map_or(0.0, |place| 0.5 * (z * z - best.fitted.z[place].powi(2)));
-        rare && best.log_odds - pull < self.judgement.threshold
+        let absorbed = of_best.filter(|place| best.fitted.unknowns[*place].role == Role::Nuisance);
+        let rare = (REPORTED_Z..LARGEST_Z).contains(&z.abs());
+        let share = absorbed.map_or(0.0, |place| 0.5 * (z * z - best.fitted.z[place].powi(2)));
+        rare && best.log_odds - share < self.judgement.threshold
     }
 
-    /// Mean square that the model leaves as it is, on held-out motion if there is any.
+    /// Returns the mean square residual of the nominal model, on held-out motion if there is any.
     fn without(&self) -> f64 {
         self.held_out().map_or(self.judgement.misfit(), |adequacy| adequacy.without)
     }
 
-    /// Whether that is more than noise.
+    /// Returns whether that is more than noise.
     fn is_misfit(&self) -> bool {
         self.without() >= self.held_out().map_or(ADEQUATE, |adequacy| adequacy.tolerated)
     }
 
-    /// What held-out motion says, of any candidate.
+    /// Returns the adequacy of any candidate on held-out motion.
     fn held_out(&self) -> Option<Adequacy> {
         self.judgement.ranking.iter().find_map(|candidate| candidate.adequacy)
     }
@@ -131,7 +131,7 @@ impl Context<'_> {
         Residual { before: before.sqrt(), after: after.sqrt() }
     }
 
-    /// The best candidate and those that are almost as probable, what has the best within it left out.
+    /// Returns the best candidate and those almost as probable, without supersets of the best.
     fn rivals<'c>(&self, best: &'c Candidate, ranking: &[&'c Candidate]) -> Vec<&'c Candidate> {
         let score = |candidate: &Candidate| self.score(candidate);
         let near = |other: &&&Candidate| {
@@ -151,7 +151,7 @@ impl Context<'_> {
         candidate.hypotheses.iter().any(|number| self.id(*number) == id)
     }
 
-    /// Log-odds with the price of every further effect.
+    /// Returns the log-odds less the complexity penalty of every further effect.
     fn score(&self, candidate: &Candidate) -> f64 {
         candidate.score(self.library.len())
     }
@@ -223,23 +223,24 @@ impl Context<'_> {
         hidden.map(row).collect()
     }
 
-    fn alike(&self) -> Vec<[&'static str; 2]> {
+    fn confounded(&self) -> Vec<[&'static str; 2]> {
         let count = self.library.len();
         let pairs = (0..count).flat_map(|a| (a + 1..count).map(move |b| (a, b)));
-        let alike = pairs.filter(|pair| self.judgement.likeness[*pair] > ALIKE && self.id(pair.0) != self.id(pair.1));
+        let confounded =
+            pairs.filter(|pair| self.judgement.likeness[*pair] > ALIKE && self.id(pair.0) != self.id(pair.1));
         // Two forms of one effect may both be like a third.
-        let pairs: BTreeSet<[&str; 2]> = alike.map(|(a, b)| [self.id(a), self.id(b)]).collect();
+        let pairs: BTreeSet<[&str; 2]> = confounded.map(|(a, b)| [self.id(a), self.id(b)]).collect();
         pairs.into_iter().collect()
     }
 }
 
 /// Returns the nuisance parameters whose z-scores are findings of their own.
 fn nuisances_beyond_prior(fitted: &Fitted) -> Vec<(String, f64)> {
-    let far = fitted.nuisances().filter(|(_, _, z)| z.abs() > STRAINED);
+    let far = fitted.nuisances().filter(|(_, _, z)| z.abs() > REPORTED_Z);
     far.map(|(_, unknown, z)| (unknown.name.clone(), z)).collect()
 }
 
-/// The best explanation and those that are almost as probable.
+/// Returns the best candidate and those almost as probable.
 pub(crate) fn rivals<'c>(
     block: &MeasuredBlock,
     library: &[Hypothesis],
@@ -264,6 +265,6 @@ fn is_nothing(candidate: &Candidate) -> bool {
 
 /// Returns whether a fit is adequate on held-out motion, or nearly so with all nuisance parameters within their priors.
 fn is_adequate(adequacy: &Adequacy, candidate: &Candidate) -> bool {
-    let pull = candidate.greatest_nuisance_deviation().map_or(0.0, |pull| pull.1.abs());
-    adequacy.own <= adequacy.tolerated || (adequacy.explained >= EXPLAINED && pull <= PULLED)
+    let z = candidate.greatest_nuisance_deviation().map_or(0.0, |z| z.1.abs());
+    adequacy.own <= adequacy.tolerated || (adequacy.explained >= EXPLAINED && z <= LARGEST_Z)
 }

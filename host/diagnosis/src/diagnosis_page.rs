@@ -134,7 +134,7 @@ fn block_rows(answer: &BlockAnswer, judged: &Judged) -> Result<BlockRows> {
                 parameters: effect.parameters.iter().map(|(name, e)| (name.clone(), estimated(e))).collect(),
             })
             .collect(),
-        strained: answer.strained.iter().map(|(name, z)| (name.clone(), significant(*z, 2))).collect(),
+        strained: answer.nuisances_beyond_prior.iter().map(|(name, z)| (name.clone(), significant(*z, 2))).collect(),
         ruled_out: answer
             .ruled_out
             .iter()
@@ -145,7 +145,7 @@ fn block_rows(answer: &BlockAnswer, judged: &Judged) -> Result<BlockRows> {
             .iter()
             .map(|hidden| [hidden.id.to_owned(), hidden.name.to_owned(), significant(hidden.log_odds, 2)])
             .collect(),
-        alike: answer.alike.iter().map(|[a, b]| format!("{a} and {b}")).collect(),
+        alike: answer.confounded.iter().map(|[a, b]| format!("{a} and {b}")).collect(),
         partner_missing: answer.partner_missing.join(", "),
         behaviour: answer.form.as_ref().map_or(String::new(), behaviour),
         drawings: drawings(answer, judged)?,

@@ -133,7 +133,7 @@ fn apart(views: &[View], repeats: usize) -> f64 {
 
 /// Whitened prediction of a recording by a rival, with its sensitivities and the precision of its parameters.
 struct View {
-    says: DVector<f64>,
+    prediction: DVector<f64>,
     jacobian: DMatrix<f64>,
     known: DMatrix<f64>,
 }
@@ -148,18 +148,19 @@ impl View {
             applied(&block.base, unknowns, &moved)
         }));
         let mut all = block.part(false).whitened(noise, &sets).into_iter();
-        let says = all.next().expect("one a set");
-        let columns: Vec<DVector<f64>> = all.map(|moved| (moved - &says) / STEP).collect();
-        let jacobian = if columns.is_empty() { DMatrix::zeros(says.len(), 0) } else { DMatrix::from_columns(&columns) };
+        let prediction = all.next().expect("one a set");
+        let columns: Vec<DVector<f64>> = all.map(|moved| (moved - &prediction) / STEP).collect();
+        let jacobian =
+            if columns.is_empty() { DMatrix::zeros(prediction.len(), 0) } else { DMatrix::from_columns(&columns) };
         let covariance = rival.evidence.covariance.clone();
         let known = covariance.try_inverse().unwrap_or_else(|| DMatrix::identity(z.len(), z.len()));
-        Self { says, jacobian, known }
+        Self { prediction, jacobian, known }
     }
 
     /// Log-odds by which another rival misses this one's prediction of so many repeats, refitted within what is known of
     /// its numbers.
     fn missed_by(&self, other: &Self, repeats: f64) -> f64 {
-        let apart = &self.says - &other.says;
+        let apart = &self.prediction - &other.prediction;
         let whole = 0.5 * repeats * apart.norm_squared();
         if other.jacobian.ncols() == 0 {
             return whole;
@@ -207,8 +208,8 @@ fn scaled(envelope: &Envelope, about: f64, shape: &dyn Fn(f64) -> f64) -> Vec<f6
     let size = most(&mut unit.iter().copied());
     let rate = most(&mut unit.windows(2).map(|w| (w[1] - w[0]) / step));
     let acceleration = most(&mut unit.windows(3).map(|w| (w[2] - 2.0 * w[1] + w[0]) / (step * step)));
-    let room = (about - envelope.range.0).min(envelope.range.1 - about);
-    let scale = (room / size).min(envelope.rate / rate).min(envelope.acceleration / acceleration);
+    let amplitude = (about - envelope.range.0).min(envelope.range.1 - about);
+    let scale = (amplitude / size).min(envelope.rate / rate).min(envelope.acceleration / acceleration);
     unit.into_iter().map(|value| about + scale * value).collect()
 }
 

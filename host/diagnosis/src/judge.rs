@@ -43,7 +43,7 @@ pub fn judge(block: &MeasuredBlock, finer: &MeasuredBlock, library: &[Hypothesis
     if from == NoiseFrom::Repeats {
         return None;
     }
-    // With noise of no colour the richest combination is found; what that leaves is the noise.
+    // The richest combination is fitted with white noise; its residual estimates the noise.
     let rough = Noise::rough(&block.part(false).means(&block.base), &block.floor)?;
     let bench = JudgementContext::of(block, library, rough).beside(finer);
     let found = bench.search(false);
@@ -67,8 +67,8 @@ pub(crate) fn numerical_error(coarse: &MeasuredBlock, fine: &MeasuredBlock) -> O
     Some(difference.norm_squared() / difference.len() as f64)
 }
 
-/// Whether a block leaves less of what is learnt from than the same in other steps does, its nuisances wherever that is
-/// least.
+/// Returns whether a block has a smaller training residual than the same block with another step, each with fitted
+/// nuisance parameters.
 pub(crate) fn explains_better(block: &MeasuredBlock, other: &MeasuredBlock) -> bool {
     let Some(noise) = block.part(false).noise(&block.base) else { return false };
     let left = |block: &MeasuredBlock| {
@@ -161,7 +161,7 @@ impl<'a> JudgementContext<'a> {
         let combiner =
             Combiner { block, library, null: &near, bank: &bank, dispersion: alone, strictly, repeated, simulate, fit };
         let sets = combiner.combine(singles, in_steps);
-        // A combination may leave less than any effect alone.
+        // A combination may have a smaller residual than any single effect.
         let dispersion = self.dispersion(&null, sets.iter().map(|set| &set.1));
         Found { null, clamped, scores, bank, dispersion, sets }
     }
@@ -212,8 +212,8 @@ impl<'a> JudgementContext<'a> {
         fits.into_iter().zip(carried).map(|(fitted, carried)| Fitted { carried, ..fitted }).collect()
     }
 
-    /// Where repeats differ by more and more as a session goes on, what leaves that is no cause, however well it explains
-    /// the rest.
+    /// If the differences of repeats grow over the session, rejects candidates that do not explain this drift, however
+    /// well they explain the rest.
     fn deny_what_leaves_a_drift(&self, ranking: &mut [Candidate]) {
         if self.together.is_some() {
             let admissible = ranking.iter_mut().filter(|candidate| candidate.admissible);
@@ -268,7 +268,7 @@ impl<'a> JudgementContext<'a> {
     }
 }
 
-/// The null hypothesis with no nuisance pulled by more than so many tolerances.
+/// Returns the null hypothesis with nuisance z-scores limited to `reach`.
 fn clamped(block: &MeasuredBlock, null: &Fitted, reach: f64, simulate: &Simulate) -> Fitted {
     if null.z.iter().all(|z| z.abs() <= reach) {
         return null.clone();

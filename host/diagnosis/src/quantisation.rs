@@ -72,8 +72,8 @@ pub(crate) fn rounding(block: &MeasuredBlock) -> Vec<f64> {
 
 /// Steps in which the raw force may be read, the largest first, down to some size.
 ///
-/// A fit finds a step from nearby only, where the reading's last step is in phase, and what is wrong besides (a bias, say)
-/// moves the model's stairs, but not those that were read.
+/// A fit finds a step only from nearby, where the reading's last step is in phase. Other errors, such as a bias, shift
+/// the steps of the model but not those of the reading.
 pub(crate) fn seen_steps(block: &MeasuredBlock, greatest: f64, least: f64) -> Vec<f64> {
     Phases::of(block, FORCES).seen(greatest, least).into_iter().map(|step| step.size).collect()
 }

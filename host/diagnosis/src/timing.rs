@@ -85,8 +85,8 @@ fn events(piece: &Piece) -> Vec<usize> {
     (1..flag.len()).filter(|row| flag[row - 1] < SET && flag[*row] >= SET).collect()
 }
 
-/// Delay of each event until a signal leaves its rest, with the bounds that the rows set; events that nothing follows
-/// are left out.
+/// Returns the delay of each event until a signal changes, with the bounds from the rows; events without a change are
+/// omitted.
 fn delays(piece: &Piece, signal: &str) -> Vec<CredibleInterval> {
     let (events, Some(values)) = (events(piece), piece.signals.get(signal)) else {
         return Vec::new();
@@ -113,7 +113,7 @@ fn first_change(values: &[f64], event: usize) -> Option<usize> {
     (event..values.len()).find(|row| (values[*row] - mean).abs() > least)
 }
 
-/// What the delays of all events say against the model's: they hold for every one of them.
+/// Returns the answer from the delays of all events against the model's delay, which is the same for all of them.
 fn timed(
     rig: &CommandRig,
     block: &'static str,
@@ -205,8 +205,8 @@ fn answer(
         held_out: false,
         ruled_out: Vec::new(),
         not_visible: Vec::new(),
-        alike: Vec::new(),
-        strained: Vec::new(),
+        confounded: Vec::new(),
+        nuisances_beyond_prior: Vec::new(),
         samples,
     }
 }

@@ -117,7 +117,7 @@ pub(crate) fn is_simpler(block: &MeasuredBlock, library: &[Hypothesis], judgemen
     log(&fitted) > least && holds(&search.candidate(&[term], fitted, judgement), judgement.threshold)
 }
 
-/// The form of what a block's library leaves, if it has any that is stable.
+/// Returns the stable form of the residual of a block's library, if there is one.
 fn form(block: &MeasuredBlock, library: &[Hypothesis], judgement: &BlockJudgement) -> Option<Form> {
     let mut terms = forms(block);
     if terms.is_empty() {

@@ -1,4 +1,4 @@
-//! What has changed between two states of a campaign's files, file by file and key by key.
+//! Changes between two versions of a campaign's files, by file and key.
 
 use serde_json::{Value, json};
 use softdock_campaign::criteria::Criterion;
@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 /// Changes that a message lists.
 const LISTED: usize = 30;
 
-/// How a file differs whose values are the same.
+/// Change of a file with equal values.
 const LAYOUT: &str = "only comments or layout differ";
 
 /// Files by their name below `campaign/`.
@@ -36,7 +36,7 @@ pub(crate) struct JudgedFiles<'a> {
 const JUDGED: [&str; 5] = ["title", "requirement", "metric", "compare", "traces"];
 
 impl FileChange {
-    /// Whether the runs stay what they are: the change concerns how they are judged and reported.
+    /// Returns whether the change affects only judgement and report, not the runs.
     pub(crate) fn leaves_runs(&self, files: JudgedFiles) -> bool {
         let (file, key) = match self {
             Self::File(_, how) => return *how == LAYOUT,

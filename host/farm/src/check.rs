@@ -1,4 +1,4 @@
-//! What a campaign asks for and what its runs can prove, before any run: as text and as JSON.
+//! Requirements of a campaign and the statements that its runs can demonstrate, before any run: text and JSON.
 
 use serde_json::{Value, json};
 use softdock_analysis::exact::{allowed_failures, smallest_runs};
@@ -14,7 +14,7 @@ use softdock_kernels::model::Model;
 use softdock_kernels::plant::Plant;
 use softdock_results::runs::input_fields;
 
-/// What a sample that is not independent shows.
+/// Statement for a sample that is not independent.
 const EXPLORING: &str = "exploring only, no verdict: write sampling.method = \"random\" for one";
 
 /// Draws, requirements, criteria and rules of a campaign as text; the histograms have `draws` draws.
@@ -75,7 +75,7 @@ fn judged(model: &Model) -> String {
     text
 }
 
-/// What the start asks of robots with joints, beside their ratings.
+/// Returns the demands of the start on robots with joints, with their ratings.
 fn robots(model: &Model) -> String {
     let Some(level) = &model.facility.joint_level else {
         return String::new();
@@ -118,7 +118,7 @@ fn custom_metrics(campaign: &Campaign) -> String {
     if lines.is_empty() { lines } else { format!("\ncustom metrics\n{lines}") }
 }
 
-/// What a requirement is judged by: an outer draw has only its share of the runs.
+/// Returns the number of runs that judge a requirement: an outer draw has only its share of the runs.
 fn runs_per_draw(campaign: &Campaign) -> u64 {
     campaign.runs / u64::from(campaign.outer_draws.unwrap_or(1)).max(1)
 }

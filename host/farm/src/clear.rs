@@ -1,4 +1,4 @@
-//! `run --fresh`: deletes what softdock has written in a results folder, and nothing else.
+//! `run --fresh`: deletes the files of softdock in a results folder, and no others.
 
 use crate::error::{FarmError, Result, writing};
 use crate::folder::{ResultsFolder, busy};
@@ -21,10 +21,10 @@ const FILES: [&str; 9] = [
     "campaign.json",
 ];
 
-/// Folders whose files have names that softdock gives.
+/// Folders whose file names are those of softdock.
 const FOLDERS: [&str; 4] = ["runs", "partial", "traces", "replays"];
 
-/// Empties a results folder; one that is not there, or is empty, stays as it is.
+/// Clears a results folder; a missing or empty one is not changed.
 ///
 /// # Errors
 /// If the folder holds a file that softdock does not write there, or one of `inputs`, which the next run reads; nothing
@@ -126,7 +126,7 @@ fn remove_empty(folder: &Path) {
         let path = entry.path();
         if path.is_dir() {
             remove_empty(&path);
-            // Fails where a file has come meanwhile, and that is right.
+            // Fails if a file has been created meanwhile, as intended.
             let _ = std::fs::remove_dir(&path);
         }
     }

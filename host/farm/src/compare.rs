@@ -1,4 +1,4 @@
-//! Two results folders side by side: failures, rates, runs, metrics, and keys of their campaigns that differ.
+//! Comparison of two results folders: failures, rates, runs, metrics, and different keys of their campaigns.
 
 use crate::changes::{FileChange, changed_files, listed};
 use crate::error::{FarmError, Result};
@@ -9,7 +9,7 @@ use softdock_analysis::{ResultsComparison, ResultsInput, compare_results, compar
 use softdock_campaign::Cases;
 use std::path::Path;
 
-/// What two results folders have in common, and what not.
+/// Comparison of two results folders.
 #[derive(Clone, Debug)]
 pub struct FolderComparison {
     /// Their results.
@@ -45,8 +45,8 @@ impl FolderComparison {
     }
 }
 
-/// Compares two results folders. Runs with the same number are compared in pairs where both folders have the same seed;
-/// else the folders are two independent samples.
+/// Compares two results folders. Runs with the same number are pairs if both folders have the same seed; otherwise the
+/// folders are two independent samples.
 ///
 /// # Errors
 /// If a folder cannot be read, or holds variants.

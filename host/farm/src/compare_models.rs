@@ -1,4 +1,4 @@
-//! How a campaign's verdicts change with an extended model: the same campaign with and without it.
+//! Verdicts of a campaign with and without an extended model.
 
 use crate::choice_of;
 use crate::error::{FarmError, Result};
@@ -11,7 +11,7 @@ use softdock_campaign::Campaign;
 use softdock_results::runs::{Agreement, Outcome, RunRow};
 use std::path::Path;
 
-/// Draws of what was found, each for its share of the runs.
+/// Draws of the identified effects, each for its share of the runs.
 const DRAWS: u32 = 20;
 /// Confidence of the intervals.
 const CONFIDENCE: f64 = 0.95;

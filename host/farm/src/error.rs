@@ -1,10 +1,10 @@
-//! Errors of the campaign functions: message, remedy, and whose fault it is.
+//! Errors of the campaign functions: message and remedy.
 
 use softdock_campaign::Problems;
 use softdock_engine::EngineError;
 use std::fmt::Display;
 
-/// Result of this crate.
+/// Result with this crate's error.
 pub(crate) type Result<T> = std::result::Result<T, FarmError>;
 
 /// Why a campaign function did not complete.
@@ -44,7 +44,7 @@ impl FarmError {
         Self::Refused { message: message.to_string(), remedy: remedy.to_string() }
     }
 
-    /// Whether a file could not be written: a matter of the disk, not of the input.
+    /// Returns whether the error is a failure to write a file.
     pub fn is_write_failure(&self) -> bool {
         match self {
             Self::Results(error) | Self::Analysis(softdock_analysis::AnalysisError::File(error)) => {
@@ -54,7 +54,7 @@ impl FarmError {
         }
     }
 
-    /// What to do about it, if there is more to say than the message does.
+    /// Returns the action that resolves the error, if the message does not state it.
     pub fn remedy(&self) -> Option<String> {
         match self {
             Self::Refused { remedy, .. } => Some(remedy.clone()),
@@ -84,7 +84,7 @@ impl From<EngineError> for FarmError {
     }
 }
 
-/// For `map_err` on what writes, removes or locks a file.
+/// Converts an I/O error of writing, removing or locking a file, for `map_err`.
 pub(crate) fn writing(path: &std::path::Path) -> impl FnOnce(std::io::Error) -> FarmError + '_ {
     |source| softdock_results::ResultsError::Write { path: path.to_owned(), source }.into()
 }

@@ -13,8 +13,8 @@ use softdock_results::shards::ShardIndex;
 use softdock_results::{Column, ColumnKind, Table, Values, write_table};
 use std::path::{Path, PathBuf};
 
-/// The runs of a finished results folder that failed in space or on the facility, or are invalid, as a campaign on given
-/// cases; `None` if no run failed.
+/// Returns the failed and invalid runs of a finished results folder as a campaign on given cases; `None` if there are
+/// none.
 ///
 /// # Errors
 /// If the folder cannot be read, holds variants, or is not complete.
@@ -78,7 +78,7 @@ fn failed_table(index: &ShardIndex, requirements: &[Requirement]) -> Result<(Tab
         for (row, run) in run.iter().enumerate() {
             let invalid = status.at(row) == Status::Invalid;
             let holds = |pass: &ColumnHandle<bool>| batch.get(pass).is_ok_and(|passes| passes[row] == Some(true));
-            // With requirements they decide; the task itself does where there are none.
+            // The requirements decide; without any, the task does.
             let task = [agreement.at(row).space_passes(), agreement.at(row).facility_passes()];
             let [space, facility] = [0, 1].map(|side: usize| match passes[side].as_slice() {
                 [] => task[side] == Some(true),

@@ -1,4 +1,4 @@
-//! What follows the last shard: repeated runs, time histories, summary and page.
+//! Completion of a campaign: repeated runs, time histories, summary and page.
 
 use crate::error::Result;
 use crate::folder::ResultsFolder;
@@ -14,7 +14,8 @@ use softdock_results::shards::ShardIndex;
 use softdock_results::{hash_files, is_temporary};
 use std::path::Path;
 
-/// Ends a complete campaign, whose shards `index` has; all of it follows from the shards, so that doing it twice changes nothing.
+/// Completes a campaign with the shards of `index`. Everything follows from the shards, so repeating it changes
+/// nothing.
 ///
 /// # Errors
 /// [`crate::FarmError::Cancelled`] if the context cancels the repetition of runs; if a file cannot be read or written.
@@ -43,7 +44,7 @@ pub(crate) fn write_summary_and_page(folder: &ResultsFolder, index: ShardIndex) 
     Ok(stated.summary)
 }
 
-/// What a results folder holds and shows.
+/// Content of a results folder with its summary.
 pub(crate) struct Stated {
     /// Its shards and time histories.
     pub(crate) content: Content,

@@ -1,7 +1,7 @@
-//! A results folder: which campaign it belongs to, with that campaign's files beside the results.
+//! Results folder of a campaign, with the campaign's files beside the results.
 //!
-//! `campaign.json` states which; `campaign/` holds the files, so that the folder can be judged, replayed and moved
-//! to another machine on its own. A table of given cases lies beside them as `cases.csv` or `cases.parquet`.
+//! `campaign.json` identifies the campaign. `campaign/` contains its files, so that the folder can be judged, replayed
+//! and moved to another machine on its own. A table of given cases is beside them as `cases.csv` or `cases.parquet`.
 
 use crate::changes::{FileChange, JudgedFiles, changed_files, listed};
 use crate::error::{FarmError, Result, writing};
@@ -17,44 +17,45 @@ use softdock_results::shards::{Origin, ShardIndex, ShardPlan, rewrite_runs, run_
 use softdock_results::{TableReader, remove_abandoned, write_file};
 use std::path::{Path, PathBuf};
 
-/// Files that follow from all runs together.
+/// Files derived from all runs.
 const DERIVED: [&str; 6] =
     ["summary.json", "report.html", "parity.parquet", "half_step.parquet", "compare.json", "compare.html"];
 
-/// Runs that are to be judged by another state of their campaign.
+/// Judgement of runs by another version of their campaign.
 #[derive(Clone, Debug)]
 pub(crate) struct Rejudgement {
     /// Hash of the campaign by which they are judged now.
     pub(crate) before: String,
-    /// What differs; `None` if nothing does, or if the record has it already.
+    /// Changes; `None` if there are none, or if they are recorded already.
     pub(crate) changes: Option<Vec<String>>,
 }
 
 /// A results folder and its campaign.
 pub struct ResultsFolder {
-    /// Where the results lie.
+    /// Path of the folder.
     pub path: PathBuf,
     /// The campaign, with the folder's seed and number of runs.
     pub campaign: Campaign,
     /// The campaign's file below `campaign/`.
     pub file: String,
-    /// Likewise the scenario in the place of the campaign's own.
+    /// Scenario below `campaign/` that replaces the campaign's own.
     pub model: Option<String>,
-    /// What has made the runs.
+    /// Build that made the runs.
     pub build: Build,
-    /// When the campaign got more runs, in order of time.
+    /// Extensions of the campaign, in chronological order.
     pub extensions: Vec<Extension>,
-    /// When the runs were judged anew, in order of time.
+    /// Repeated judgements, in chronological order.
     pub judgements: Vec<Judgement>,
     /// Held while this process writes in the folder.
     lock: Option<FolderLock>,
 }
 
 impl ResultsFolder {
-    /// Takes a folder for a campaign: an empty one gets the campaign's files, one of another campaign is refused.
+    /// Claims a folder for a campaign: writes the campaign's files into an empty folder, and rejects a folder of
+    /// another campaign.
     ///
-    /// A folder of the same campaign with fewer runs is extended. What killed writers left in it is removed. Until the
-    /// value is dropped, other processes may make runs of the same campaign there, and do nothing else.
+    /// A folder of the same campaign with fewer runs is extended. Temporary files of killed writers are removed. Until
+    /// the value is dropped, other processes may only make runs of the same campaign there.
     ///
     /// # Errors
     /// If the folder holds results of another campaign, state or build, or another process has it for itself.
@@ -70,7 +71,7 @@ impl ResultsFolder {
     ) -> Result<Self> {
         let mut folder = Self::of_campaign(path, campaign);
         (folder.extensions, folder.judgements) = (extensions, judgements);
-        // What is refused leaves nothing behind, not even a lock.
+        // A rejected call writes nothing, not even a lock.
         folder.compare(Manifest::read(path)?.as_ref())?;
         std::fs::create_dir_all(path).map_err(writing(path))?;
         loop {
@@ -83,7 +84,7 @@ impl ResultsFolder {
             }
             match (folder.compare(Manifest::read(path)?.as_ref())?, &folder.lock) {
                 (Held::Same, _) => return Ok(folder),
-                // The other process has not come to write the manifest, and is gone.
+                // The other process ended before it wrote the manifest.
                 (Held::Nothing, _) => {}
                 (Held::FewerRuns(_), _) => return Err(busy(path)),
             }
@@ -109,7 +110,7 @@ impl ResultsFolder {
         }
     }
 
-    /// Compares the manifest of the folder with the campaign, and takes over what it records.
+    /// Compares the manifest of the folder with the campaign, and adopts its records.
     fn compare(&mut self, found: Option<&Manifest>) -> Result<Held> {
         let Some(found) = found else {
             self.refuse_strangers()?;
@@ -135,7 +136,7 @@ impl ResultsFolder {
     /// Makes the folder one of the campaign, while this process has it alone.
     fn take(&mut self, context: Context) -> Result<()> {
         let records = (self.extensions.clone(), self.judgements.clone());
-        // Nobody makes a shard now: what is there is left of processes that were killed.
+        // No process makes a shard now: existing locks are those of killed processes.
         remove_folder(&self.path.join(SHARD_LOCKS))?;
         match self.compare(Manifest::read(&self.path)?.as_ref())? {
             Held::Same => drop(remove_abandoned(&self.path)?),
@@ -152,7 +153,7 @@ impl ResultsFolder {
         Ok(())
     }
 
-    /// Refuses to make or judge runs beside those that another build has made.
+    /// Rejects making or judging runs beside those of another build.
     fn refuse_other_build(&self) -> Result<()> {
         let own = Build::own();
         if self.build == own {
@@ -236,7 +237,7 @@ impl ResultsFolder {
 
     /// Judges the folder's runs by its campaign: rewrites every file of runs, the campaign's files and the record.
     ///
-    /// If this is interrupted, the folder says so, and the same command completes it: no run is lost.
+    /// After an interruption, the folder records it and the same command completes it: no run is lost.
     pub(crate) fn rejudge(&mut self, rejudged: Rejudgement) -> Result<()> {
         remove_abandoned(&self.path)?;
         let (before, after) = (rejudged.before, self.campaign.hash.clone());
@@ -265,7 +266,7 @@ impl ResultsFolder {
         self.manifest().write(&self.path)
     }
 
-    /// Removes what follows from all runs together: summary, page, time histories, repeated runs.
+    /// Removes derived files: summary, page, time histories, repeated runs.
     fn remove_derived(&self) -> Result<()> {
         for name in DERIVED {
             remove(&self.path.join(name))?;
@@ -273,13 +274,13 @@ impl ResultsFolder {
         remove_folder(&self.path.join("traces"))
     }
 
-    /// What differs between the files that a folder keeps and those of this campaign.
+    /// Returns the changes between the folder's files and those of this campaign.
     fn changes_from(&self, found: &Manifest) -> Vec<FileChange> {
         let there = files_below(&self.path.join("campaign"));
         changed_files((&found.campaign, &there), (&self.file, &named_files(&self.campaign)))
     }
 
-    /// The changes that change the runs themselves.
+    /// Returns the changes that affect the runs.
     fn changes_of_runs(&self, changes: &[FileChange]) -> Vec<FileChange> {
         let scenario = normal(self.campaign.scenario.file());
         let files = named_files(&self.campaign);
@@ -288,7 +289,7 @@ impl ResultsFolder {
         changes.iter().filter(|change| !change.leaves_runs(judged)).cloned().collect()
     }
 
-    /// Refuses another number of runs where the runs that are there could not stay.
+    /// Rejects another number of runs if the existing runs would become invalid.
     fn refuse_extension(&self, before: u64) -> Result<()> {
         let (after, shown) = (self.campaign.runs, self.path.display());
         if after < before {
@@ -304,9 +305,9 @@ impl ResultsFolder {
         Ok(())
     }
 
-    /// Gives the folder's campaign more runs: whole shards stay, the last one is completed if it was not full.
+    /// Extends the folder's campaign: whole shards are kept, and the last one is completed if it was not full.
     ///
-    /// What follows from all runs together (summary, page, time histories, repeated runs) is removed, to be made anew.
+    /// Derived files (summary, page, time histories, repeated runs) are removed and made again.
     fn extend(&mut self, before: u64, context: Context) -> Result<()> {
         let after = self.campaign.runs;
         let old = Self { campaign: self.campaign.clone().with_sample(before, self.campaign.seed), ..self.unlocked() };
@@ -339,10 +340,10 @@ impl ResultsFolder {
         }
     }
 
-    /// Opens a folder to read it, by the campaign files that it holds.
+    /// Opens a folder for reading, with its own campaign files.
     ///
     /// # Errors
-    /// If it is no results folder, or its files were changed after the runs.
+    /// If it is not a results folder, or its files were changed after the runs.
     pub fn open(path: &Path) -> Result<Self> {
         let manifest = Manifest::require(path)?;
         manifest.refuse_half_judged(path)?;
@@ -373,7 +374,7 @@ impl ResultsFolder {
         Err(FarmError::refused(message, "put the files back, or run the changed campaign into a folder of its own"))
     }
 
-    /// The folders of the campaign's variants, which lie below this one; one that does not exist is not made.
+    /// Returns the folders of the campaign's variants, below this one; a missing folder is not created.
     pub(crate) fn variants(&self) -> Result<Vec<Self>> {
         let of_variant = |variant: &softdock_campaign::Variant| {
             let path = self.path.join(&variant.name);
@@ -403,13 +404,13 @@ impl ResultsFolder {
         Ok(folder)
     }
 
-    /// Refuses a folder of another campaign.
+    /// Rejects a folder of another campaign.
     pub(crate) fn same_campaign(&self, other: &Self) -> Result<()> {
         let found = other.manifest().without_records();
         if found == self.manifest().without_records() { Ok(()) } else { Err(self.other(&other.path, &found)) }
     }
 
-    /// Refuses a folder of variants where the runs of one are meant.
+    /// Rejects a folder of variants where the runs of one are required.
     pub(crate) fn refuse_variants(&self) -> Result<()> {
         match self.campaign.variants.first() {
             None => Ok(()),
@@ -421,7 +422,7 @@ impl ResultsFolder {
         }
     }
 
-    /// Runs and how they are cut.
+    /// Returns the runs and their division into shards.
     pub fn plan(&self) -> ShardPlan {
         ShardPlan { runs: self.campaign.runs, shard_runs: self.campaign.execution.shard_runs }
     }
@@ -431,18 +432,17 @@ impl ResultsFolder {
         self.plan().range(shard).map(|place| self.campaign.run_at(place)).collect()
     }
 
-    /// Which shards exist.
-    /// Every byte of every shard is checked.
+    /// Returns the existing shards. Every byte of every shard is verified.
     pub fn shards(&self) -> Result<ShardIndex> {
         Ok(ShardIndex::scan(&self.path, self.plan(), &self.origin())?)
     }
 
-    /// What the campaign's rows have in common.
+    /// Returns the common origin of the campaign's rows.
     pub(crate) fn origin(&self) -> Origin {
         self.facts().origin()
     }
 
-    /// The campaign as the analysis looks at it.
+    /// Returns the campaign data for the analysis.
     pub fn facts(&self) -> CampaignFacts<'_> {
         let c = &self.campaign;
         CampaignFacts {
@@ -486,7 +486,7 @@ impl ResultsFolder {
         }
     }
 
-    /// Names every key in which the campaign of a folder differs from this one.
+    /// Returns the error with every key in which the campaign of a folder differs from this one.
     fn other(&self, path: &Path, found: &Manifest) -> FarmError {
         let own = self.manifest();
         let state = if own.id == found.id { "another state of this campaign" } else { "another campaign" };
@@ -532,7 +532,7 @@ impl ResultsFolder {
         FarmError::refused(message, remedy)
     }
 
-    /// Shards without `campaign.json` may still be somebody's work.
+    /// Rejects shards without `campaign.json`, which may be results of a user.
     fn refuse_strangers(&self) -> Result<()> {
         let readable = |(path, _): &&(PathBuf, String)| TableReader::open(path).is_ok();
         match self.shards()?.foreign.iter().find(readable) {
@@ -548,7 +548,7 @@ impl ResultsFolder {
     }
 }
 
-/// What a folder holds of a campaign.
+/// State of a folder with respect to a campaign.
 enum Held {
     /// No manifest.
     Nothing,
@@ -564,12 +564,12 @@ pub(crate) fn busy(path: &Path) -> FarmError {
     FarmError::refused(message, "wait until it has ended, or stop it")
 }
 
-/// Removes a folder with all that is in it; one that is not there is no error.
+/// Removes a folder with its content; a missing folder is not an error.
 fn remove_folder(path: &Path) -> Result<()> {
     if path.is_dir() { std::fs::remove_dir_all(path).map_err(writing(path)) } else { Ok(()) }
 }
 
-/// Removes a file; one that is not there is no error.
+/// Removes a file; a missing file is not an error.
 fn remove(path: &Path) -> Result<()> {
     match std::fs::remove_file(path) {
         Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(writing(path)(error)),

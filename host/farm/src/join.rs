@@ -1,4 +1,4 @@
-//! Shards of several results folders put into one.
+//! Join of the shards of several results folders.
 
 use crate::error::{FarmError, Result};
 use crate::folder::ResultsFolder;
@@ -8,7 +8,7 @@ use softdock_results::merge::{MergeError, check_merge, merge as join};
 use softdock_results::shards::ShardIndex;
 use std::path::{Path, PathBuf};
 
-/// Joins folders of one campaign into another; gives that folder and its shards, or what is missing.
+/// Joins folders of a campaign into another; returns that folder and its shards, or the missing shards.
 pub(crate) fn join_parts(
     campaign: &ResultsFolder,
     out: &Path,
@@ -16,7 +16,7 @@ pub(crate) fn join_parts(
     context: Context,
 ) -> Result<std::result::Result<(ResultsFolder, ShardIndex), Incomplete>> {
     let (plan, origin) = (campaign.plan(), campaign.origin());
-    // A folder that was merged before may hold what is missing elsewhere.
+    // A previously merged folder may contain shards that are missing elsewhere.
     let mut sources = parts.to_vec();
     sources.extend(out.is_dir().then(|| out.to_owned()));
     let whole = match check_merge(&sources, plan, &origin) {

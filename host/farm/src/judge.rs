@@ -1,4 +1,4 @@
-//! Finished runs judged by other criteria, metrics and requirements, without new runs.
+//! Judgement of finished runs by other criteria, metrics and requirements, without new runs.
 
 use crate::error::{FarmError, Result};
 use crate::finish::{finish, write_summary_and_page};
@@ -12,8 +12,8 @@ use softdock_analysis::{Content, summarise};
 use softdock_campaign::Campaign;
 use std::path::Path;
 
-/// Judges the runs of a results folder by `campaign`, or by the folder's own campaign if none is given. Every file of
-/// runs is rewritten; only the time histories and the repeated runs are stepped.
+/// Judges the runs of a results folder by `campaign`, or by the folder's own campaign if `None`. Every file of runs is
+/// rewritten; only the time histories and the repeated runs are simulated.
 ///
 /// # Errors
 /// If the runs would not be those of the campaign: with the keys that differ.
@@ -25,7 +25,7 @@ pub fn judge(results: &Path, campaign: Option<Campaign>, context: Context) -> Re
     if campaign.variants.is_empty() {
         return conclude(&rejudged(results, campaign, context)?, context);
     }
-    // The whole first: what it refuses is refused before anything is written.
+    // The whole folder first: rejections precede any write.
     let (mut whole, rejudgement) = ResultsFolder::open_to_judge(results, campaign)?;
     for variant in whole.campaign.variants.clone() {
         let path = results.join(&variant.name);
@@ -67,7 +67,7 @@ fn rejudged(results: &Path, campaign: Campaign, context: Context) -> Result<Resu
     Ok(folder)
 }
 
-/// Writes what the runs show, if all of them exist.
+/// Writes summary and page, if all runs exist.
 fn conclude(folder: &ResultsFolder, context: Context) -> Result<Ended> {
     let index = folder.shards()?;
     if index.is_complete() {

@@ -1,9 +1,10 @@
 //! Campaigns from file to verdict, as functions on typed values.
 //!
-//! [`load_campaign`] reads a campaign, [`run`] makes what is missing of it in a results folder and judges it, [`merge`]
-//! joins the folders of several workers, [`work`] is one of many workers in a folder and [`finish_folder`] its end, [`judge`] judges finished runs by other criteria, [`status`], [`report`],
-//! [`verify`], [`compare_folders`] and [`replay_run`] read a folder. Long calls take a [`Context`]: an [`Observer`] that
-//! receives progress and notes, and a [`Cancel`] token. Nothing is printed, and nothing is global.
+//! [`load_campaign`] reads a campaign, [`run`] makes its missing runs in a results folder and judges it, [`merge`]
+//! joins the folders of several workers. [`work`] is one of many workers in a folder, and [`finish_folder`] completes
+//! it. [`judge`] judges finished runs by other criteria. [`status`], [`report`], [`verify`], [`compare_folders`] and
+//! [`replay_run`] read a folder. Long calls take a [`Context`]: an [`Observer`] that receives progress and notes, and a
+//! [`Cancel`] token. The library prints nothing and has no global state.
 //!
 //! ```no_run
 //! use softdock_farm::{Cancel, Context, RunOptions, Selection, Silent, load_campaign, run};
@@ -86,12 +87,12 @@ pub use worker::{finish_folder, work};
 
 use std::path::{Path, PathBuf};
 
-/// Results folder of a campaign if none is named: `results/ID`.
+/// Returns the default results folder of a campaign: `results/ID`.
 pub fn default_results(id: &str) -> PathBuf {
     Path::new("results").join(id)
 }
 
-/// The backend that a campaign asks for.
+/// Returns the backend of a campaign.
 pub fn choice_of(campaign: &softdock_campaign::Campaign) -> softdock_engine::Choice {
     use softdock_campaign::campaign::Backend;
     use softdock_engine::Choice;

@@ -1,7 +1,7 @@
-//! Locks of a results folder: several processes may make its runs, one writes a shard, and nobody else changes the rest.
+//! Locks of a results folder: several processes may make its runs, a shard has one writer, and other changes are
+//! exclusive.
 //!
-//! The locks are advisory locks of the operating system. They need no clock, and a process that ends, however it ends,
-//! gives its locks back.
+//! The locks are advisory locks of the operating system. They need no clock, and they are released when a process ends.
 
 use crate::error::{FarmError, Result, writing};
 use crate::observer::Cancel;
@@ -19,14 +19,14 @@ pub(crate) const SHARD_LOCKS: &str = "locks";
 /// Time between two attempts to take a lock.
 const RETRY: Duration = Duration::from_millis(100);
 
-/// A lock of a whole results folder, given back when it is dropped.
+/// Lock of a results folder, released on drop.
 #[derive(Debug)]
 pub(crate) struct FolderLock {
     file: File,
 }
 
 impl FolderLock {
-    /// Takes the folder for this process alone; `None` if another process works in it.
+    /// Locks the folder exclusively; `None` if another process works in it.
     pub(crate) fn try_alone(folder: &Path) -> Result<Option<Self>> {
         let path = folder.join(FOLDER_LOCK);
         let file = open(&path).map_err(writing(&path))?;
@@ -37,7 +37,7 @@ impl FolderLock {
         }
     }
 
-    /// Takes the folder together with other processes that make runs; waits while one has it alone.
+    /// Locks the folder together with other processes that make runs; waits while one has it exclusively.
     pub(crate) fn together(folder: &Path, cancel: &Cancel) -> Result<Self> {
         let path = folder.join(FOLDER_LOCK);
         let file = open(&path).map_err(writing(&path))?;
@@ -51,14 +51,14 @@ impl FolderLock {
         }
     }
 
-    /// Admits other processes that make runs. For a moment the folder is nobody's.
+    /// Converts an exclusive lock into a shared one; the folder is unlocked for a moment.
     pub(crate) fn share(self, folder: &Path, cancel: &Cancel) -> Result<Self> {
         self.file.unlock().map_err(writing(&folder.join(FOLDER_LOCK)))?;
         Self::together(folder, cancel)
     }
 }
 
-/// A lock of a shard, given back and removed when it is dropped.
+/// Lock of a shard, released and removed on drop.
 #[derive(Debug)]
 pub(crate) struct ShardLock {
     path: PathBuf,
@@ -66,7 +66,7 @@ pub(crate) struct ShardLock {
 }
 
 impl ShardLock {
-    /// Takes a shard; `None` if another process is making it.
+    /// Locks a shard; `None` if another process is making it.
     pub(crate) fn try_take(folder: &Path, shard: u32) -> Result<Option<Self>> {
         let locks = folder.join(SHARD_LOCKS);
         let path = locks.join(format!("shard={shard:05}"));
@@ -81,7 +81,7 @@ impl ShardLock {
                 file => file.map_err(writing(&path))?,
             };
             match file.try_lock() {
-                // A lock of a file that its last owner has removed meanwhile is no lock.
+                // A lock of a file that its last owner has removed is invalid.
                 Ok(()) if is_still(&path, &file) => return Ok(Some(Self { path, _file: file })),
                 Ok(()) => {}
                 Err(TryLockError::WouldBlock) => return Ok(None),
@@ -132,9 +132,9 @@ mod tests {
     #[test]
     fn shard_has_one_owner_and_its_lock_file_is_removed() {
         let folder = tempfile::tempdir().expect("a folder");
-        let first = ShardLock::try_take(folder.path(), 3).expect("a lock").expect("nobody has it");
+        let first = ShardLock::try_take(folder.path(), 3).expect("a lock").expect("it is free");
         assert!(ShardLock::try_take(folder.path(), 3).expect("no error").is_none());
-        let other = ShardLock::try_take(folder.path(), 4).expect("a lock").expect("nobody has it");
+        let other = ShardLock::try_take(folder.path(), 4).expect("a lock").expect("it is free");
         drop(first);
         drop(ShardLock::try_take(folder.path(), 3).expect("a lock").expect("given back"));
         drop(other);
@@ -163,7 +163,7 @@ mod tests {
     #[test]
     fn folder_lock_is_shared_by_writers_of_runs_and_exclusive_otherwise() {
         let (folder, cancel) = (tempfile::tempdir().expect("a folder"), Cancel::default());
-        let alone = FolderLock::try_alone(folder.path()).expect("a lock").expect("nobody has it");
+        let alone = FolderLock::try_alone(folder.path()).expect("a lock").expect("it is free");
         assert!(FolderLock::try_alone(folder.path()).expect("no error").is_none());
         let one = alone.share(folder.path(), &cancel).expect("a lock");
         let two = FolderLock::together(folder.path(), &cancel).expect("a lock");

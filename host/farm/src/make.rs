@@ -1,4 +1,4 @@
-//! Makes the missing runs of a results folder: batches, their shards and locks, and what is kept of unfinished ones.
+//! Makes the missing runs of a results folder: batches, shards, locks, and finished runs of unfinished shards.
 
 use crate::error::Result;
 use crate::folder::ResultsFolder;
@@ -22,27 +22,27 @@ use std::time::{Duration, Instant};
 /// Time between two looks at shards that other processes make.
 const WAIT: Duration = Duration::from_millis(200);
 
-/// How a campaign is run.
+/// Options of a run.
 #[derive(Clone, Copy, Debug)]
 pub struct RunOptions {
-    /// Where the runs are made.
+    /// Backend of the runs.
     pub choice: Choice,
-    /// The part that is made.
+    /// Part of the campaign.
     pub part: Part,
-    /// Delete what softdock has written in the folder before.
+    /// Whether to delete the files of softdock in the folder first.
     pub is_fresh: bool,
-    /// Longest time for which finished runs of a batch are in memory only: what a killed process loses.
+    /// Longest time for which finished runs are in memory only, and are lost if the process is killed.
     pub save_every: Duration,
 }
 
 impl Default for RunOptions {
-    /// The whole campaign on whatever this machine has.
+    /// Returns options for the whole campaign on the best device of this machine.
     fn default() -> Self {
         Self { choice: Choice::Auto, part: Part::WHOLE, is_fresh: false, save_every: Duration::from_secs(15) }
     }
 }
 
-/// Makes what is missing of one part of the campaign; gives the reason if the device fails before the end.
+/// Makes the missing runs of a part of the campaign; returns the reason if the device fails before the end.
 pub(crate) fn make_missing(
     folder: &ResultsFolder,
     options: &RunOptions,
@@ -57,7 +57,7 @@ pub(crate) fn make_missing(
         context.note(Note::SetAside(path.clone()));
     }
     for shard in index.complete.keys().filter(|shard| partial_path(&folder.path, **shard).is_file()) {
-        // Its writer was killed between the whole shard and this.
+        // Its writer was killed after the whole shard and before this.
         remove_partial(&folder.path, *shard)?;
     }
     let missing: Vec<u32> = index.missing().into_iter().filter(|shard| options.part.holds(*shard)).collect();
@@ -91,7 +91,7 @@ pub(crate) fn make_missing(
                 None => busy.push(shard),
             }
         }
-        // Those that other processes make come last.
+        // Shards of other processes come last.
         open = rest.chain(busy).collect();
         if batch.is_empty() {
             if !open.is_empty() {
@@ -114,15 +114,15 @@ pub(crate) fn make_missing(
     Ok(None)
 }
 
-/// Finished runs of unfinished shards, which an earlier call has kept.
+/// Finished runs of unfinished shards from an earlier call.
 struct KeptRuns {
     rows: BTreeMap<u32, Vec<RunRow>>,
-    /// What made them.
+    /// Their provenance.
     provenance: Provenance,
 }
 
 impl KeptRuns {
-    /// Reads what goes together with the rows of this engine; of the rest it is noted why it is made again.
+    /// Reads the rows that are compatible with this engine; for others a note states why they are made again.
     fn read(folder: &ResultsFolder, shards: &[u32], engine: &RunEngine, context: Context) -> Self {
         let provenance = engine.provenance();
         let mut rows = BTreeMap::new();
@@ -152,7 +152,7 @@ impl KeptRuns {
         shards.iter().map(missing).sum()
     }
 
-    /// Gives out the rows of a shard, unless another engine has taken over: a shard states one backend.
+    /// Takes the rows of a shard, unless another engine has taken over: a shard has one backend.
     fn take(&mut self, shard: u32, own: &Provenance) -> Vec<RunRow> {
         let rows = self.rows.remove(&shard).unwrap_or_default();
         let alike =
@@ -207,7 +207,7 @@ fn make_batch(
         Err(error) => return Err(error.into()),
     };
     if engine.device() != device && !there.is_empty() {
-        // The CPU took over in this batch: what the GPU had kept does not go together with its rows.
+        // The CPU took over in this batch: rows of the GPU are not compatible.
         rows.clear();
         if is_whole {
             let (mut again, ended) = engine.make_numbered(&there, &|_, _| progress.add(0))?;
@@ -221,7 +221,7 @@ fn make_batch(
     Ok(if is_whole { BatchEnd::Whole } else { BatchEnd::Cancelled })
 }
 
-/// Keeps the finished runs of a batch on disk while it is made, so that a process that is killed loses little.
+/// Saves the finished runs of a batch while it is made, so that a killed process loses little.
 struct Saver<'a> {
     folder: &'a ResultsFolder,
     shards: &'a [u32],
@@ -317,7 +317,7 @@ impl<'a> Saver<'a> {
     }
 }
 
-/// Writes every shard of which all runs exist, and of the others the runs that exist, which it gives back.
+/// Writes every complete shard, and the finished runs of the others, which it returns.
 fn write_batch(
     folder: &ResultsFolder,
     shards: &[u32],

@@ -1,4 +1,4 @@
-//! `campaign.json`: which campaign a results folder belongs to, and which build has made its runs.
+//! `campaign.json`: campaign of a results folder, and build that made its runs.
 
 use crate::error::{FarmError, Result};
 use serde::{Deserialize, Serialize};
@@ -13,17 +13,17 @@ pub const MANIFEST_SCHEMA: &str = "results/4";
 /// Name of the file.
 pub(crate) const MANIFEST_FILE: &str = softdock_campaign::manifest::FILE;
 
-/// The build of softdock that has made the runs of a folder.
+/// Build of softdock that made the runs of a folder.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Build {
     /// Version of softdock.
     pub version: String,
-    /// The commit that it was built from; `unknown` outside a repository.
+    /// Commit of the build; `unknown` outside a repository.
     pub commit: String,
 }
 
 impl Build {
-    /// This build.
+    /// Returns this build.
     pub fn own() -> Self {
         Self { version: env!("CARGO_PKG_VERSION").to_owned(), commit: env!("SOFTDOCK_COMMIT").to_owned() }
     }
@@ -51,9 +51,9 @@ pub(crate) struct Manifest {
     pub(crate) seed: u64,
     /// Runs of the campaign.
     pub(crate) runs: u64,
-    /// What has made the runs.
+    /// Build that made the runs.
     pub(crate) made_by: Build,
-    /// Scenario below `campaign/` in the place of the campaign's own.
+    /// Scenario below `campaign/` that replaces the campaign's own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) model: Option<String>,
     /// Table of given cases in the folder.
@@ -62,13 +62,13 @@ pub(crate) struct Manifest {
     /// Hash of that table.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) cases_hash: Option<String>,
-    /// When the campaign got more runs, in order of time.
+    /// Extensions of the campaign, in chronological order.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(crate) extensions: Vec<Extension>,
-    /// When the runs were judged anew, in order of time.
+    /// Repeated judgements, in chronological order.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(crate) judgements: Vec<Judgement>,
-    /// Hash of the campaign that judged the runs before, while they are judged anew.
+    /// Hash of the previous campaign while the runs are judged again.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) judging: Option<String>,
 }
@@ -126,7 +126,7 @@ impl Manifest {
         Self { extensions: Vec::new(), judgements: Vec::new(), ..self.clone() }
     }
 
-    /// Refuses a folder of which some runs are judged by another campaign than the others.
+    /// Rejects a folder whose runs are judged by different campaigns.
     pub(crate) fn refuse_half_judged(&self, path: &Path) -> Result<()> {
         if self.judging.is_none() {
             return Ok(());

@@ -1,4 +1,4 @@
-//! Several workers' folders joined into one, without gaps and clashes, and judged.
+//! Merge of several workers' folders into one, without gaps and conflicts, and its judgement.
 
 use crate::error::{FarmError, Result};
 use crate::finish::finish;
@@ -9,11 +9,11 @@ use crate::outcome::{Ended, Shown};
 use crate::variants;
 use std::path::{Path, PathBuf};
 
-/// Joins the results folders of the parts of one campaign into `out`, and judges it.
+/// Merges the results folders of the parts of a campaign into `out`, and judges it.
 ///
 /// # Errors
-/// If the folders do not hold parts of one campaign, shards are missing, or a file cannot be read or written; then `out`
-/// stays as it is.
+/// If the folders are not parts of one campaign, shards are missing, or a file cannot be read or written; then `out` is
+/// not changed.
 pub fn merge(parts: &[PathBuf], out: &Path, context: Context) -> Result<Ended> {
     let Some((first, others)) = parts.split_first() else {
         return Err(FarmError::refused("no folder is named", "name the results folders of the parts"));

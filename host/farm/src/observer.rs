@@ -1,4 +1,4 @@
-//! What a caller gives to a long function: an observer of its progress, and a token to cancel it.
+//! Arguments of long calls: an observer of progress, and a cancellation token.
 
 use softdock_engine::EngineError;
 use std::fmt;
@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Kinds of work that take long.
+/// Kinds of long work.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Work {
     /// The runs of the campaign.
@@ -38,44 +38,44 @@ impl Work {
 ///
 /// Calls may come from any thread, several at a time.
 pub trait Observer: Sync {
-    /// Work on `total` runs begins.
+    /// Called when work on `total` runs begins.
     fn begin(&self, work: Work, total: u64) {
         let _ = (work, total);
     }
 
-    /// So many runs of the work have ended.
+    /// Called when `done` runs of the work have ended.
     fn progress(&self, work: Work, done: u64) {
         let _ = (work, done);
     }
 
-    /// The work has ended, completely or not.
+    /// Called when the work has ended, completely or not.
     fn end(&self, work: Work) {
         let _ = work;
     }
 
-    /// Something that the user should know.
+    /// Called with a note for the user.
     fn note(&self, note: &Note) {
         let _ = note;
     }
 }
 
-/// An observer that ignores everything.
+/// Observer that ignores everything.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Silent;
 
 impl Observer for Silent {}
 
-/// A token by which any thread cancels a function; clones share their state.
+/// Cancellation token for any thread; clones share their state.
 #[derive(Clone, Debug, Default)]
 pub struct Cancel(Arc<AtomicBool>);
 
 impl Cancel {
-    /// Asks for an orderly end: finished runs are kept.
+    /// Requests an orderly end: finished runs are kept.
     pub fn cancel(&self) {
         self.0.store(true, Ordering::Relaxed);
     }
 
-    /// Whether an end was asked for.
+    /// Returns whether an end was requested.
     pub fn is_cancelled(&self) -> bool {
         self.0.load(Ordering::Relaxed)
     }
@@ -130,7 +130,7 @@ impl Drop for Progress<'_> {
     }
 }
 
-/// What a function reports beside its result.
+/// Note of a call besides its result.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub enum Note {
@@ -187,11 +187,11 @@ pub enum Note {
         /// The device.
         device: String,
     },
-    /// A file counts for nothing, and its runs are made again.
+    /// A file is ignored, and its runs are made again.
     MadeAgain {
         /// The file.
         path: PathBuf,
-        /// Why it does not count.
+        /// Why it is ignored.
         reason: String,
         /// Whether it holds an unfinished shard.
         is_partial: bool,
@@ -202,9 +202,9 @@ pub enum Note {
     Failover(EngineError),
     /// The device failed, and the rest is missing.
     DeviceFailed(EngineError),
-    /// The GPU that was asked for is missing, and draws are stepped on the CPU.
+    /// The requested GPU is missing, and draws are stepped on the CPU.
     NoAdapter(EngineError),
-    /// Runs were judged by another state of the campaign.
+    /// Runs were judged by another version of the campaign.
     Rejudged {
         /// Id of the campaign.
         campaign: String,
@@ -213,7 +213,7 @@ pub enum Note {
     },
 }
 
-/// What has happened to a GPU, as text.
+/// Returns the text of a GPU failure.
 pub fn device_failure(error: &EngineError) -> String {
     match error {
         EngineError::OutOfMemory(why) => format!("the GPU has too little memory for a batch ({why})"),

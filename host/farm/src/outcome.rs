@@ -1,4 +1,4 @@
-//! What a call gives back: a verdict or a comparison, and what is missing.
+//! Results of a call: a verdict or a comparison, and the reason for an incomplete campaign.
 
 use crate::folder::ResultsFolder;
 use crate::part::Part;
@@ -6,7 +6,7 @@ use softdock_analysis::{Compared, Summary, compare_text, verdict_text};
 use std::fmt;
 use std::path::PathBuf;
 
-/// What a results folder shows.
+/// Result of a results folder.
 #[derive(Clone, Debug)]
 pub enum Shown {
     /// No shard exists.
@@ -27,7 +27,7 @@ impl Shown {
         }
     }
 
-    /// For a terminal; empty where there is nothing.
+    /// Returns the text for the terminal; empty without shards.
     pub fn text(&self) -> String {
         match self {
             Self::Nothing => String::new(),
@@ -36,7 +36,7 @@ impl Shown {
         }
     }
 
-    /// As JSON, as in `summary.json` or `compare.json`; null where there is nothing.
+    /// Returns the JSON of `summary.json` or `compare.json`; null without shards.
     pub fn json(&self) -> serde_json::Value {
         match self {
             Self::Nothing => Ok(serde_json::Value::Null),
@@ -47,12 +47,12 @@ impl Shown {
     }
 }
 
-/// How a call on a results folder ended.
+/// End of a call on a results folder.
 #[derive(Clone, Debug)]
 pub struct Ended {
     /// The results folder.
     pub results: PathBuf,
-    /// What it shows.
+    /// Result.
     pub shown: Shown,
     /// Why the campaign is not complete, if it is not.
     pub incomplete: Option<Incomplete>,
@@ -77,7 +77,7 @@ impl Ended {
         names.map(|name| self.results.join(name))
     }
 
-    /// The page of the results, if the campaign is complete or compared.
+    /// Returns the page of the results, if the campaign is complete or compared.
     pub fn page(&self) -> Option<PathBuf> {
         match (&self.shown, &self.incomplete) {
             (Shown::Variants(_), _) => Some(self.results.join("compare.html")),
@@ -101,7 +101,7 @@ pub enum Incomplete {
     },
     /// The caller has cancelled the checks after the runs.
     CancelledInChecks,
-    /// Shards are missing that another call or process was to make.
+    /// Shards of another call or process are missing.
     ShardsMissing {
         /// Whole shards.
         done: usize,
@@ -117,7 +117,7 @@ pub enum Incomplete {
         /// The first missing one.
         first: u32,
     },
-    /// The part that was asked for is made.
+    /// The requested part is made.
     PartMade(Part),
     /// The device failed.
     DeviceFailed,

@@ -1,4 +1,4 @@
-//! What the report page states about the campaign beside its results.
+//! Campaign data of the report page.
 
 use crate::error::Result;
 use crate::folder::ResultsFolder;
@@ -99,7 +99,7 @@ fn configuration(campaign: &Campaign, summary: &Summary) -> Vec<Fact> {
     facts.map(|(name, value)| Fact { name: name.to_owned(), value }).into()
 }
 
-/// From inside the folder, so that no path of the machine stands in the page.
+/// Relative to the folder, so that the page contains no path of the machine.
 fn commands(folder: &ResultsFolder) -> Vec<String> {
     let c = &folder.campaign;
     let variant = c.id.split_once('/').map_or(String::new(), |(_, name)| format!(" --variant {name}"));

@@ -3,7 +3,7 @@
 /// Part `index` (from 0) of `count` of a campaign: every `count`-th shard.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Part {
-    /// Which part, from 0.
+    /// Index of the part, from 0.
     pub index: u32,
     /// Number of parts.
     pub count: u32,
@@ -13,7 +13,7 @@ impl Part {
     /// The whole campaign.
     pub const WHOLE: Self = Self { index: 0, count: 1 };
 
-    /// Whether a shard belongs to the part.
+    /// Returns whether a shard belongs to the part.
     pub fn holds(self, shard: u32) -> bool {
         shard % self.count == self.index
     }
@@ -54,10 +54,10 @@ pub const ARRAY_INDICES: [&str; 6] =
     ["SLURM_ARRAY_TASK_ID", "PBS_ARRAY_INDEX", "PBS_ARRAYID", "LSB_JOBINDEX", "SGE_TASK_ID", "JOB_COMPLETION_INDEX"];
 
 impl Part {
-    /// The part of a task of a scheduler's array with the indices 0 to `count` - 1.
+    /// Returns the part of a task in a scheduler's array with the indices 0 to `count` - 1.
     ///
     /// # Errors
-    /// If no variable of [`ARRAY_INDICES`] is set, or it is no such index.
+    /// If no variable of [`ARRAY_INDICES`] is set, or its value is out of range.
     pub fn of_array(count: u32, variable: impl Fn(&str) -> Option<String>) -> std::result::Result<Self, String> {
         let found = ARRAY_INDICES.iter().find_map(|name| Some((name, variable(name)?)));
         let Some((name, text)) = found else {

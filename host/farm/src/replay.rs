@@ -1,4 +1,4 @@
-//! One run made again in f64, from exactly the inputs that stand in its row.
+//! Replay of a run in f64, from exactly the inputs of its row.
 
 use crate::error::{FarmError, Result};
 use crate::folder::ResultsFolder;
@@ -12,7 +12,7 @@ use softdock_results::traces::write_trace_to;
 use softdock_results::{Column, Table, Values, content_hash};
 use std::path::{Path, PathBuf};
 
-/// A run that was made again.
+/// Replayed run.
 #[derive(Clone, Debug)]
 pub struct ReplayedRun {
     /// Number of the run.
@@ -21,12 +21,12 @@ pub struct ReplayedRun {
     pub differences: Vec<String>,
     /// Whether the row was made in f64, so that nothing may differ.
     pub is_f64: bool,
-    /// Where the time history lies.
+    /// Path of the time history.
     pub history: PathBuf,
 }
 
 impl ReplayedRun {
-    /// Whether the row differs where it must not.
+    /// Returns whether the row differs although it was made in f64.
     pub fn is_wrong(&self) -> bool {
         self.is_f64 && !self.differences.is_empty()
     }
@@ -46,7 +46,7 @@ impl ReplayedRun {
 /// Repeats a run of a results folder in f64 and writes its time history to `out`, or below `replays/`.
 ///
 /// # Errors
-/// If the folder cannot be read, or does not hold the run.
+/// If the folder cannot be read, or does not contain the run.
 pub fn replay_run(results: &Path, run: u64, out: Option<&Path>) -> Result<ReplayedRun> {
     let folder = ResultsFolder::open(results)?;
     folder.refuse_variants()?;

@@ -1,4 +1,4 @@
-//! Finished runs as judged rows of the results.
+//! Conversion of finished runs to judged rows.
 
 use rayon::prelude::*;
 use softdock_analysis::Judge;
@@ -18,9 +18,9 @@ const NOISE: [&str; 4] = ["delay_jitter", "drop_probability", "sensor_noise_forc
 /// Builds the rows of a campaign's runs: their physics, criteria and columns.
 pub(crate) struct RowBuilder<'a> {
     campaign: &'a Campaign,
-    /// What the runs have in common.
+    /// Common job of the runs.
     pub(crate) job: Job,
-    /// By what they are judged.
+    /// Criteria.
     judge: Judge<'a>,
     /// The columns of the rows.
     pub(crate) schema: RunsSchema,

@@ -1,4 +1,4 @@
-//! Makes the missing runs of a campaign, then judges it; the same call resumes what was interrupted.
+//! Makes the missing runs of a campaign, then judges it; the same call resumes interrupted work.
 
 use crate::clear::clear;
 use crate::error::{FarmError, Result};
@@ -16,16 +16,16 @@ use softdock_results::partial::partial_runs;
 use softdock_results::shards::ShardIndex;
 use std::path::Path;
 
-/// Runs a campaign into a results folder: makes what is missing and, once all shards exist, judges it. A campaign with
-/// variants gets a folder for each variant, and their comparison.
+/// Runs a campaign into a results folder: makes the missing runs and, once all shards exist, judges it. A campaign with
+/// variants has a folder for each variant, and their comparison.
 ///
 /// # Errors
-/// If no engine can make the runs, the folder is not one of this campaign, or a file cannot be read or written.
+/// If no engine can make the runs, the folder belongs to another campaign, or a file cannot be read or written.
 pub fn run(campaign: Campaign, results: &Path, options: &RunOptions, context: Context) -> Result<Ended> {
     if !campaign.variants.is_empty() {
         return variants::run(campaign, results, options, context);
     }
-    // The engine before the folder: what cannot run creates nothing.
+    // The engine first: a campaign that cannot run creates no folder.
     let scene = campaign.clone();
     let mut engine = RunEngine::open(&scene, options.choice, context)?;
     if options.is_fresh {

@@ -1,4 +1,4 @@
-//! Runs made into rows: an engine at work on one campaign, with its repairs.
+//! Engine of a campaign that returns rows, with repetition of invalid GPU runs and failover.
 
 use crate::manifest::Build;
 use crate::observer::{Context, Note, Progress};
@@ -22,7 +22,7 @@ const GPU_BATCH: u64 = 1 << 16;
 /// Result of an engine.
 type EngineResult<T> = Result<T, EngineError>;
 
-/// Receives the runs that have ended since the last call, and what makes rows of them; answers `false` to stop.
+/// Function that receives the runs ended since the last call and the row builder; returns `false` to stop.
 pub(crate) type Watcher<'a> = &'a (dyn Fn(&[Finished], &RowBuilder) -> bool + Sync);
 
 /// A watcher that only counts.
@@ -39,7 +39,7 @@ fn report_failover<'a>(context: Context<'a>, failed_over: &Arc<AtomicBool>) -> i
     }
 }
 
-/// An engine that makes the runs of one campaign and gives them back as rows.
+/// Engine that makes the runs of a campaign and returns them as rows.
 pub(crate) struct RunEngine<'a> {
     campaign: &'a Campaign,
     /// How runs become rows.
@@ -47,12 +47,12 @@ pub(crate) struct RunEngine<'a> {
     engine: Box<dyn Engine + 'a>,
     failed_over: Arc<AtomicBool>,
     scenario_hash: String,
-    /// Hash of the GPU kernel that the scenario becomes: the physics, whatever makes the runs.
+    /// Hash of the scenario's GPU kernel, which identifies the physics on any backend.
     kernel_hash: String,
 }
 
 impl<'a> RunEngine<'a> {
-    /// Opens the engine that was asked for.
+    /// Opens the requested engine.
     ///
     /// # Errors
     /// If it does not exist on this machine.
@@ -76,7 +76,7 @@ impl<'a> RunEngine<'a> {
         Self { campaign, builder, engine, failed_over, scenario_hash: hash(campaign.scenario.text()), kernel_hash }
     }
 
-    /// With a given engine, whose place the CPU takes if its device fails.
+    /// Uses a given engine, with failover to the CPU if its device fails.
     #[cfg(test)]
     pub(crate) fn with_failover(campaign: &'a Campaign, first: Box<dyn Engine + 'a>, context: Context<'a>) -> Self {
         let failed_over = Arc::new(AtomicBool::new(false));
@@ -94,7 +94,7 @@ impl<'a> RunEngine<'a> {
         if self.engine.device().starts_with("cpu") { "cpu" } else { "gpu" }
     }
 
-    /// The device in words.
+    /// Returns the name of the device.
     pub(crate) fn device(&self) -> String {
         self.engine.device()
     }
@@ -154,7 +154,7 @@ impl<'a> RunEngine<'a> {
         Ok((self.builder.rows(&finished), is_whole))
     }
 
-    /// Makes given runs; what the GPU could not make is repeated in f64.
+    /// Makes given runs; invalid runs of the GPU are repeated in f64.
     pub(crate) fn make_rows(&mut self, inputs: &[RunInput], watch: Watcher) -> EngineResult<Vec<RunRow>> {
         let Self { engine, builder, .. } = &mut *self;
         let mut finished = engine.run(&builder.job, inputs, &|ended| watch(ended, builder))?;

@@ -1,4 +1,4 @@
-//! A campaign as a caller wants it: another model, number of runs, seed, one variant, or given cases.
+//! Overrides of a campaign: model, number of runs, seed, variant, or given cases.
 
 use crate::cases;
 use crate::error::{FarmError, Result};
@@ -7,10 +7,10 @@ use softdock_campaign::Campaign;
 use softdock_campaign::campaign::MOST_SHARDS;
 use std::path::{Path, PathBuf};
 
-/// What a caller wants to be other than in the campaign's file.
+/// Overrides of a campaign file.
 #[derive(Clone, Debug, Default)]
 pub struct Selection {
-    /// Scenario in the place of the campaign's own.
+    /// Scenario that replaces the campaign's own.
     pub model: Option<PathBuf>,
     /// Number of runs.
     pub runs: Option<u64>,
@@ -18,7 +18,7 @@ pub struct Selection {
     pub seed: Option<u64>,
     /// Name of one variant.
     pub variant: Option<String>,
-    /// Table of given cases in the place of draws.
+    /// Table of given cases that replaces the draws.
     pub cases: Option<PathBuf>,
 }
 

@@ -1,8 +1,8 @@
-//! A campaign as an array job of Slurm: scripts that any site can read and change, their submission, their state.
+//! Campaigns as array jobs of Slurm: editable scripts, their submission, their state.
 //!
-//! The results folder lies where all nodes see it. It gets the campaign's files first; every task of the array is a
-//! worker ([`crate::work`]) in that folder, and a second job, which waits for the array, ends the folder
-//! ([`crate::finish_folder`]). A task that Slurm requeues goes on from what is on disk.
+//! The results folder must be visible from all nodes. The campaign's files are written there first. Every task of the
+//! array is a worker ([`crate::work`]) in that folder, and a second job, which waits for the array, completes the
+//! folder ([`crate::finish_folder`]). A requeued task continues from the files on disk.
 
 use crate::error::{FarmError, Result};
 use crate::folder::ResultsFolder;
@@ -24,16 +24,16 @@ pub(crate) const SLURM_FILES: [&str; 3] = ["array.sh", "finish.sh", "jobs.json"]
 /// Most tasks if none are asked for.
 const MOST_TASKS: u32 = 64;
 
-/// How a campaign becomes an array job.
+/// Options of an array job.
 #[derive(Clone, Debug)]
 pub struct SlurmOptions {
     /// The program that the jobs run.
     pub program: PathBuf,
     /// Backend of the workers: `auto`, `gpu` or `cpu`.
     pub backend: &'static str,
-    /// Tasks of the array; one for each shard, 64 at most, if none is given.
+    /// Tasks of the array; by default one for each shard, 64 at most.
     pub tasks: Option<u32>,
-    /// Seconds before the time limit at which a task receives TERM and keeps finished runs.
+    /// Time before the time limit at which a task receives a signal to end and keeps its finished runs \[s\].
     pub grace_s: u32,
     /// More options of `sbatch` for the array, such as `--time=02:00:00`.
     pub sbatch: Vec<String>,
@@ -64,7 +64,7 @@ impl SlurmJobs {
     }
 }
 
-/// Takes a results folder for a campaign and writes the scripts of its jobs there; submits nothing.
+/// Claims a results folder for a campaign and writes the scripts of its jobs there, without submission.
 ///
 /// # Errors
 /// If the folder is not one of this campaign, or a file cannot be written.
@@ -132,7 +132,7 @@ pub fn write_slurm_scripts(
 /// Submits the scripts of [`write_slurm_scripts`], the second after the first, and records their numbers.
 ///
 /// # Errors
-/// If `sbatch` is missing, or refuses a script.
+/// If `sbatch` is missing, or rejects a script.
 pub fn submit_slurm_scripts(results: &Path, [array, finish]: &[PathBuf; 2]) -> Result<SlurmJobs> {
     let text = softdock_input::read_text(array, softdock_input::MAX_TEXT)?;
     let tasks = text.lines().find_map(|line| line.strip_prefix("#SBATCH --array=0-")?.parse().ok()).unwrap_or(0) + 1;

@@ -1,4 +1,4 @@
-//! How far a campaign is, and its summary and page written again.
+//! Progress of a campaign, and rewriting of its summary and page.
 
 use crate::error::{FarmError, Result};
 use crate::finish::write_summary_and_page;
@@ -10,16 +10,16 @@ use softdock_analysis::summarise_folder;
 use softdock_results::partial::partial_runs;
 use std::path::{Path, PathBuf};
 
-/// How far a campaign is.
+/// Progress of a campaign.
 #[derive(Clone, Debug)]
 pub struct FolderStatus {
-    /// What its folder shows so far.
+    /// Result of its folder so far.
     pub shown: Shown,
-    /// Finished runs of unfinished shards, which `run` goes on from.
+    /// Finished runs of unfinished shards, from which `run` resumes.
     pub partial_runs: u64,
 }
 
-/// Reads how far the campaign of a results folder is; writes nothing.
+/// Reads the progress of the campaign of a results folder, without writing.
 ///
 /// # Errors
 /// If the folder cannot be read.

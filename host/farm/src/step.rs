@@ -54,7 +54,7 @@ const RANGES: usize = 4;
 /// Names of the two loops in keys and in text.
 const LOOPS: [&str; 2] = ["space", "facility"];
 
-/// What stepping a campaign has found, for its facility or for each of its variants.
+/// Result of stepping a campaign, for its facility or for each of its variants.
 pub struct Stepped {
     facilities: Vec<SteppedFacility>,
     /// Draws that the user asked for; none: one round of the CPU's lanes.
@@ -63,7 +63,7 @@ pub struct Stepped {
     is_other_device: bool,
 }
 
-/// What stepping one facility has found.
+/// Result of stepping a facility.
 struct SteppedFacility {
     /// Name of the variant, if the campaign has variants.
     name: Option<String>,
@@ -98,7 +98,7 @@ struct Draws {
     seconds: f64,
 }
 
-/// What the draws show of one loop.
+/// Results of the draws in a loop.
 struct LoopDraws {
     /// Counts in the order of `OUTCOME_WORDS`.
     outcomes: [u64; 4],
@@ -110,7 +110,7 @@ struct LoopDraws {
 
 /// Steps the nominal case and draws of a campaign; with variants, of each of them.
 ///
-/// Without `asked` it steps one round of the CPU's lanes, else so many draws where `choice` says.
+/// Without `asked` it steps one round of the CPU's lanes, otherwise `asked` draws on the backend of `choice`.
 ///
 /// # Errors
 /// If no engine can make the runs.

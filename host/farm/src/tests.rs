@@ -1,4 +1,4 @@
-//! Devices that fail while a campaign runs: what stays on disk, how the command ends, who makes the rest.
+//! Devices that fail during a campaign: files on disk, end of the command, failover.
 
 use crate::finish::finish;
 use crate::folder::ResultsFolder;
@@ -17,7 +17,7 @@ use softdock_results::runs::{Agreement, Outcome};
 use std::path::Path;
 use std::sync::{Arc, LazyLock, Mutex};
 
-/// A context without observer, which nobody cancels.
+/// Returns a context without observer and without cancellation.
 fn context() -> Context<'static> {
     static CANCEL: LazyLock<Cancel> = LazyLock::new(Cancel::default);
     Context { observer: &Silent, cancel: &CANCEL }
@@ -154,7 +154,7 @@ fn lost_gpu_loses_no_finished_shard_and_the_command_resumes() {
     assert_eq!(end, Some(Incomplete::DeviceFailed));
     assert_eq!(backends(&folder), of("gpu", &[0]));
     let written = std::fs::read(folder.path.join("runs/shard=00000.parquet")).expect("the shard");
-    // The same command: a new device makes what is missing and leaves what is there.
+    // The same command: a new device makes the missing runs and keeps the existing ones.
     let mut engine = RunEngine::open(&campaign, Choice::Gpu, context()).expect("lavapipe");
     assert!(make_missing(&folder, &whole_campaign(), &mut engine, context()).is_ok());
     assert_eq!(backends(&folder), of("gpu", &[0, 1, 2, 3, 4, 5, 6, 7]));

@@ -1,4 +1,4 @@
-//! Time histories: which runs are kept, and a run stepped again in f64 with its signals written down.
+//! Time histories: selection of runs, and their repetition in f64 with recorded signals.
 
 use crate::error::Result;
 use crate::folder::ResultsFolder;

@@ -1,4 +1,4 @@
-//! Campaigns with variants: each facility run, judged and reported in a folder of its own, then all side by side.
+//! Campaigns with variants: each facility is run, judged and reported in its own folder, then all are compared.
 
 use crate::clear::clear;
 use crate::error::{FarmError, Result};
@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 
 /// Runs every variant, or what is missing of it, then compares them.
 pub(crate) fn run(campaign: Campaign, results: &Path, options: &RunOptions, context: Context) -> Result<Ended> {
-    // The engine before the folder: what cannot run creates nothing.
+    // The engine first: a campaign that cannot run creates no folder.
     drop(RunEngine::open(&campaign.on_variant(&campaign.variants[0]), options.choice, context)?);
     if options.is_fresh {
         clear(results, campaign.files(), context)?;
@@ -86,7 +86,7 @@ pub(crate) fn compared(whole: &ResultsFolder) -> Result<Compared> {
 
 fn write(whole: &ResultsFolder, compared: &Compared) -> Result<PathBuf> {
     let c = &whole.campaign;
-    // From inside the folder, so that no path of the machine stands in the page.
+    // Relative to the folder, so that the page contains no path of the machine.
     let commands = [
         format!("softdock run campaign/{} --runs {} --seed {} --out again", whole.file, c.runs, c.seed),
         format!("softdock replay {} 0", c.variants[0].name),

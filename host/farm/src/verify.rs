@@ -1,4 +1,4 @@
-//! A results folder compared with what it states of itself.
+//! Verification of a results folder against its stated hashes.
 
 use crate::clear::is_known;
 use crate::error::Result;
@@ -10,23 +10,23 @@ use serde_json::json;
 use softdock_analysis::{Summary, summary_text};
 use std::path::Path;
 
-/// What a comparison of a folder with what it states has found.
+/// Result of the verification of a folder.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Verification {
     /// Id of the campaign.
     pub campaign: String,
-    /// Files that are not what they state to be, with the reason.
+    /// Files that differ from their stated content, with the reason.
     pub differs: Vec<String>,
     /// Files that do not exist yet.
     pub missing: Vec<String>,
-    /// Files that softdock does not write there, which nothing reads; and other notes.
+    /// Unknown files, which are ignored, and other notes.
     pub notes: Vec<String>,
     /// Hash over everything, if the folder has a summary.
     pub results_hash: Option<String>,
 }
 
 impl Verification {
-    /// 0 everything is as it was written, 1 something differs, 3 something is missing.
+    /// Returns the exit code: 0 unchanged, 1 different, 3 incomplete.
     pub fn exit_code(&self) -> u8 {
         match (self.differs.is_empty(), self.missing.is_empty()) {
             (false, _) => 1,
@@ -65,11 +65,11 @@ impl Verification {
     }
 }
 
-/// Compares every file of a results folder, or of every variant below it, with what it states, and summary and page with
-/// what the runs give.
+/// Verifies every file of a results folder, or of every variant below it, against its stated hash, and compares summary
+/// and page with the runs.
 ///
 /// # Errors
-/// If the folder is no results folder, or cannot be read.
+/// If the folder is not a results folder, or cannot be read.
 pub fn verify(results: &Path) -> Result<Vec<Verification>> {
     let whole = ResultsFolder::open(results)?;
     let folders = if whole.campaign.variants.is_empty() { vec![whole] } else { whole.variants()? };

@@ -1,4 +1,4 @@
-//! One worker of many in a results folder: makes its part of the runs, judges nothing. And the end of a folder whose
+//! Worker of a results folder, which makes its part of the runs without judging them, and completion of a folder whose
 //! shards all exist.
 
 use crate::error::{FarmError, Result};
@@ -11,8 +11,8 @@ use crate::run_engine::RunEngine;
 use crate::variants;
 use std::path::Path;
 
-/// Makes the missing runs of one part of a results folder, which exists already; gives the reason if some are still
-/// missing. Nothing is judged.
+/// Makes the missing runs of a part of an existing results folder, without judging; returns the reason if some are
+/// still missing.
 ///
 /// # Errors
 /// If the folder is no results folder, no engine can make the runs, or a file cannot be read or written.
@@ -36,8 +36,8 @@ pub fn work(results: &Path, options: &RunOptions, context: Context) -> Result<Op
     Ok(None)
 }
 
-/// Ends a results folder whose shards all exist: repeated runs, time histories, summary and page; of a campaign with
-/// variants their comparison.
+/// Completes a results folder whose shards all exist: repeated runs, time histories, summary and page; for variants,
+/// their comparison.
 ///
 /// # Errors
 /// If the folder is no results folder, or a file cannot be read or written.

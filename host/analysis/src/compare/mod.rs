@@ -1,4 +1,5 @@
-//! Variants of a facility side by side: what the verdict of each is worth, where, and by how much it is better.
+//! Comparison of a facility's variants: rates of false verdicts, their distribution over parameters, and improvement
+//! factors.
 
 mod paired;
 mod rows;
@@ -12,9 +13,8 @@ use softdock_results::runs::Outcome;
 use softdock_results::shards::ShardIndex;
 
 use crate::Result;
-use crate::exact::{READING_CONFIDENCE, upper_bound};
+use crate::exact::{READING_CONFIDENCE, Share, upper_bound};
 use crate::moments::sorted_quantile;
-use crate::share::Share;
 use crate::summary::{AgreementSummary, CauseCount, Summary, Verdict};
 pub use paired::{Factor, Pairs};
 use rows::{Columns, Row};
@@ -24,17 +24,17 @@ pub(crate) use text::{short_times, times};
 /// Version of `compare.json`; keys are only added within one major.
 pub const COMPARE_SCHEMA: &str = "compare/2";
 
-/// Least share, median and greatest share of a metric that are shown.
+/// Quantiles of a metric that are shown.
 const QUANTILES: [f64; 3] = [0.05, 0.5, 0.95];
 
-/// A variant as it was run.
+/// Variant with its runs.
 #[derive(Clone, Debug)]
 pub struct VariantInput<'a> {
     /// Name.
     pub name: &'a str,
-    /// One line for people.
+    /// Title.
     pub title: &'a str,
-    /// Keys of the scenario that it replaces, and parameters that it derives, each with its new value.
+    /// Replaced keys of the scenario and derived parameters, each with its new value.
     pub changes: &'a [(String, String)],
     /// Its shards.
     pub shards: &'a ShardIndex,
@@ -44,7 +44,7 @@ pub struct VariantInput<'a> {
     pub summary: Summary,
 }
 
-/// All variants; `compare.json`.
+/// Comparison of all variants; `compare.json`.
 #[derive(Clone, Debug, Serialize)]
 pub struct Compared {
     /// [`COMPARE_SCHEMA`].
@@ -61,21 +61,22 @@ pub struct Compared {
     pub verdict: Verdict,
     /// 0 verified, 1 not verified, 3 incomplete.
     pub exit_code: u8,
-    /// Greatest rate of wrong verdicts, of those that are given, with which a cell is trusted.
+    /// Greatest rate of false verdicts in a trusted cell.
     pub trust: f64,
     /// Parameter of the bands.
     pub along: Option<MapAxis>,
-    /// The first is the one against which the others are measured.
+    /// Variants; the first is the reference.
     pub variants: Vec<ComparedVariant>,
 }
 
 impl Compared {
-    /// Whether any facility was wrong in any run.
+    /// Returns whether any variant has a false verdict.
     pub fn any_wrong(&self) -> bool {
         self.variants.iter().any(|variant| variant.wrong.share.count > 0)
     }
 
-    /// Ids of the rules that aborted sessions, most frequent over all variants first, with the runs of each variant.
+    /// Returns the ids of the rules that aborted sessions, with the number of runs of each variant, most frequent
+    /// first.
     pub fn abort_causes(&self) -> Vec<(String, Vec<u64>)> {
         let mut all: Vec<(String, Vec<u64>)> = Vec::new();
         for (at, variant) in self.variants.iter().enumerate() {
@@ -92,13 +93,13 @@ impl Compared {
         all
     }
 
-    /// Whether the session of any run was aborted.
+    /// Returns whether any session was aborted.
     pub fn any_aborted(&self) -> bool {
         self.variants.iter().any(|variant| variant.agreement.abort_rate.count > 0)
     }
 }
 
-/// A parameter and how it is cut.
+/// Parameter with its bands or cells.
 #[derive(Clone, Debug, Serialize)]
 pub struct MapAxis {
     /// Parameter.
@@ -115,14 +116,14 @@ impl MapAxis {
     }
 }
 
-/// One variant.
+/// Variant of a comparison.
 #[derive(Clone, Debug, Serialize)]
 pub struct ComparedVariant {
     /// Name.
     pub name: String,
-    /// One line for people.
+    /// Title.
     pub title: String,
-    /// What it replaces, and by what.
+    /// Replaced keys with their new values.
     pub changes: Vec<(String, String)>,
     /// Verdict of all requirements.
     pub verdict: Verdict,
@@ -132,11 +133,11 @@ pub struct ComparedVariant {
     pub facility_pass: Share,
     /// The cells of the agreement and their rates.
     pub agreement: AgreementSummary,
-    /// Why the facility does not pass runs, most frequent first.
+    /// Causes of runs that do not pass on the facility, most frequent first.
     pub causes: Vec<CauseCount>,
-    /// Wrong verdicts, of those that the facility gives.
+    /// False verdicts among the runs with a verdict of the facility.
     pub wrong: Wrong,
-    /// Valid runs whose verdict in space is not that of the first variant: none where both are made in f64.
+    /// Valid runs whose verdict in space differs from the first variant; 0 if both are computed in f64.
     pub space_differs: u64,
     /// Metrics over all runs.
     pub metrics: Vec<Spread>,
@@ -149,37 +150,37 @@ pub struct ComparedVariant {
 /// False passes and false fails together.
 #[derive(Clone, Debug, Serialize)]
 pub struct Wrong {
-    /// How many of the valid runs whose session was not aborted.
+    /// Share of the valid runs whose session was not aborted.
     pub share: Share,
-    /// Runs that both variants answer, and that are wrong on the first, on this, or on both.
+    /// Runs with verdicts of both variants, by which of them is false.
     pub pairs: Pairs,
-    /// The first variant's rate over this one's; null for the first, and where neither was wrong.
+    /// Rate of the first variant over this one's; null for the first, and if neither has false verdicts.
     pub factor: Option<Factor>,
 }
 
-/// Median and spread of a metric of the facility's loop.
+/// Median and quantiles of a metric of the facility's loop.
 #[derive(Clone, Debug, Serialize)]
 pub struct Spread {
     /// Metric.
     pub metric: String,
     /// Unit.
     pub unit: &'static str,
-    /// Runs that have it.
+    /// Runs with a value.
     pub runs: u64,
-    /// 5 % of them lie below,
+    /// 5 % quantile.
     pub lo: Option<f64>,
-    /// half of them,
+    /// Median.
     pub median: Option<f64>,
-    /// 95 % of them.
+    /// 95 % quantile.
     pub hi: Option<f64>,
 }
 
-/// The runs of a band.
+/// Runs of a band.
 #[derive(Clone, Debug, Serialize)]
 pub struct Band {
-    /// From
+    /// Lower end.
     pub lo: f64,
-    /// to.
+    /// Upper end.
     pub hi: f64,
     /// False passes among the runs that fail in space.
     pub false_pass_rate: Share,
@@ -193,39 +194,39 @@ pub struct Band {
     pub metrics: Vec<Spread>,
 }
 
-/// A map of cells.
+/// Map of cells.
 #[derive(Clone, Debug, Serialize)]
 pub struct Map {
     /// Horizontal axis.
     pub x: MapAxis,
     /// Vertical axis.
     pub y: MapAxis,
-    /// Parameter to whose band the runs are confined; null: all runs.
+    /// Parameter whose band restricts the runs; null for all runs.
     pub slice: Option<MapAxis>,
-    /// Metric whose median is mapped; null: wrong verdicts.
+    /// Metric whose median is mapped; null for false verdicts.
     pub metric: Option<String>,
-    /// Rows of cells, from the least y on.
+    /// Rows of cells, by rising y.
     pub cells: Vec<Vec<MapCell>>,
-    /// Cells that are trusted.
+    /// Number of trusted cells.
     pub trusted: usize,
 }
 
-/// One cell of a map.
+/// Cell of a map.
 #[derive(Clone, Debug, Serialize)]
 pub struct MapCell {
     /// Aborted sessions among the valid runs.
     pub aborted: Share,
-    /// Wrong verdicts, of those that the facility gives.
+    /// False verdicts among the runs with a verdict of the facility.
     pub wrong: Share,
-    /// With 95 % confidence at most this share of the verdicts is wrong; 1 where none is given.
+    /// Upper bound of the share of false verdicts, with 95 % confidence; 1 without verdicts.
     pub at_most: f64,
-    /// Whether that is little enough.
+    /// Whether the bound is at most `trust`.
     pub trusted: bool,
     /// Median of the map's metric.
     pub median: Option<f64>,
 }
 
-/// Compares what is there; the first variant is the reference of the others.
+/// Compares the variants; the first is the reference.
 pub fn compare(id: &str, title: &str, plan: &Comparison, inputs: &[VariantInput]) -> Result<Compared> {
     let columns = Columns::of(plan);
     let mut variants = Vec::new();
@@ -289,13 +290,13 @@ fn share_of(rows: &[&Row], counts: impl Fn(&Row) -> bool) -> Share {
     Share::of(rows.iter().filter(|row| counts(row)).count() as u64, rows.len() as u64)
 }
 
-/// The reference's run of the same number.
+/// Returns the reference's run of the same number.
 fn twin(reference: Option<&[Row]>, run: u64) -> Option<&Row> {
     let reference = reference?;
     reference.binary_search_by_key(&run, |row| row.run).ok().map(|at| &reference[at])
 }
 
-/// Runs of which the facility gives a verdict.
+/// Returns the runs with a verdict of the facility.
 fn answered<'a>(rows: &[&'a Row]) -> Vec<&'a Row> {
     rows.iter().copied().filter(|row| row.is_answered()).collect()
 }
@@ -329,7 +330,7 @@ fn sorted(rows: &[&Row], column: usize) -> Vec<f64> {
     values
 }
 
-/// Whether a value lies in a cell of an axis; the last one holds its upper end.
+/// Returns whether a value is in a cell of an axis; the last cell includes its upper end.
 fn holds(edges: &[f64], index: usize, value: f64) -> bool {
     let last = index + 2 == edges.len();
     edges[index] <= value && (value < edges[index + 1] || last && value <= edges[index + 1])

@@ -1,23 +1,23 @@
-//! Two facilities judged by the same draws: by which factor the rate of wrong verdicts falls from one to the other.
+//! Paired comparison of two facilities on the same draws: factor between their rates of false verdicts.
 
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, Normal};
 
-/// Runs by whose verdict was wrong: the pairs that a factor stands on.
+/// Pairs of runs by which verdict is false.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Pairs {
-    /// Wrong on both.
+    /// False on both.
     pub both: u64,
-    /// Wrong on the reference alone.
+    /// False on the reference only.
     pub reference_only: u64,
-    /// Wrong on the variant alone.
+    /// False on the variant only.
     pub variant_only: u64,
 }
 
-/// The reference's rate over the variant's: above 1 the variant is better.
+/// Ratio of the reference's rate to the variant's; above 1 the variant is better.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Factor {
-    /// The ratio that was counted; null if the variant was never wrong.
+    /// Observed ratio; null if the variant has no false verdict.
     pub value: Option<f64>,
     /// Lower end of the interval.
     pub lo: f64,
@@ -35,8 +35,9 @@ impl Pairs {
         self.variant_only += u64::from(!reference_wrong && variant_wrong);
     }
 
-    /// The ratio of the two paired rates with the hybrid Wilson interval of Bonett and Price (J. Educ. Behav. Stat.
-    /// 31, 2006), which holds its confidence in small samples and with empty cells; `None` if neither was ever wrong.
+    /// Returns the ratio of the two paired rates with the hybrid Wilson interval of Bonett and Price (J. Educ. Behav.
+    /// Stat. 31, 2006), which keeps its coverage in small samples and with empty cells; `None` if neither has a false
+    /// verdict.
     pub fn factor(self, confidence: f64) -> Option<Factor> {
         let (both, first, second) = (self.both as f64, self.reference_only as f64, self.variant_only as f64);
         let (one, two, all) = (both + first, both + second, both + first + second);
@@ -67,7 +68,7 @@ impl Pairs {
 mod tests {
     use super::*;
 
-    /// Seen from the other side the interval is the reciprocal one; with many runs it is that of the logarithm, whose
+    /// Exchanging the variants inverts the interval; for many runs it converges to that of the logarithm, whose
     /// variance is the discordant pairs over the product of both counts.
     #[test]
     fn paired_interval_is_symmetric_and_exact_in_large_samples() {

@@ -1,4 +1,4 @@
-//! What a comparison needs of a variant's runs, read in one pass.
+//! Rows of a variant's runs for a comparison, read in one pass.
 
 use std::path::Path;
 
@@ -11,12 +11,12 @@ use softdock_results::shards::ShardIndex;
 
 use crate::{AnalysisError, Result};
 
-/// One run: verdicts, place in the bands and maps, metrics.
+/// Run with its verdicts, inputs and metrics.
 #[derive(Clone, Debug)]
 pub(super) struct Row {
     pub(super) run: u64,
     pub(super) agreement: Agreement,
-    /// Values of the columns that were asked for, in their order; NaN where there is none.
+    /// Values of the requested columns, in their order; NaN if missing.
     pub(super) values: Vec<f64>,
 }
 
@@ -29,7 +29,7 @@ impl Row {
         self.agreement.is_aborted()
     }
 
-    /// Whether the facility gives a verdict.
+    /// Returns whether the facility has a verdict.
     pub(super) fn is_answered(&self) -> bool {
         self.agreement.facility_passes().is_some()
     }
@@ -47,7 +47,7 @@ impl Row {
     }
 }
 
-/// The columns of a comparison: where each input and metric stands among a row's values.
+/// Columns of a comparison: index of each input and metric in a row's values.
 pub(super) struct Columns {
     columns: Vec<ColumnHandle<f64>>,
 }

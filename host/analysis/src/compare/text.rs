@@ -3,9 +3,9 @@
 use std::fmt::Write;
 
 use crate::compare::{Band, Compared, Factor, MapAxis};
+use crate::exact::Share;
 use crate::number::shown_in;
 use crate::number::{digits_of, interval};
-use crate::share::Share;
 use crate::terminal::table;
 
 /// Verdicts, rates and factors of every variant.
@@ -19,7 +19,7 @@ pub fn compare_text(compared: &Compared) -> String {
         compared.variants.len()
     );
     out.push_str("  the verdict is the worst of the variants'; requirements on space are the same for all\n");
-    out.push_str("\nwrong verdicts of the facility, of those that it gives, and aborted sessions\n");
+    out.push_str("\nfalse verdicts of the facility, and aborted sessions\n");
     let rows: Vec<[String; 6]> = compared
         .variants
         .iter()

@@ -42,10 +42,10 @@ impl Axis {
         Self { scale, ..Self::linear(label, lo, hi) }
     }
 
-    /// With some room at both ends of a linear axis.
+    /// Returns the axis with padding at both ends, if it is linear.
     pub fn padded(self, share: f64) -> Self {
-        let room = share * (self.hi - self.lo);
-        Self { lo: self.lo - room, hi: self.hi + room, ..self }
+        let padding = share * (self.hi - self.lo);
+        Self { lo: self.lo - padding, hi: self.hi + padding, ..self }
     }
 
     /// A linear or a logarithmic axis from end to end.
@@ -92,7 +92,7 @@ pub(crate) fn linear_ticks(lo: f64, hi: f64, most: usize) -> Vec<f64> {
     (first..=last).map(|number| number as f64 * step).collect()
 }
 
-/// 1, 2, 5 in every decade if there is room, else the decades.
+/// Returns 1, 2, 5 in every decade if they fit, otherwise the decades.
 fn log_ticks(lo: f64, hi: f64, most: usize) -> Vec<f64> {
     let decades = (lo.log10().floor() as i32)..=(hi.log10().ceil() as i32);
     let with = |factors: &[f64]| -> Vec<f64> {

@@ -2,12 +2,12 @@
 
 use crate::Result;
 use crate::compare::{Band, ComparedVariant, MapAxis as Cut, Spread};
+use crate::exact::Share;
 use crate::moments::sorted_quantile;
 use crate::number::{axis_label, shown_in};
 use crate::plots::Drawing;
 use crate::plots::axis::{Axis, Scale};
 use crate::plots::figure::{Figure, Size, colour};
-use crate::share::Share;
 
 /// Ratio of large to typical sizes beyond which an axis of both signs is logarithmic far from zero.
 const WIDE: f64 = 50.0;

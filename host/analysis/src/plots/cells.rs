@@ -5,11 +5,11 @@ use softdock_campaign::compare::{Bands, CellMap};
 
 use crate::Result;
 use crate::compare::{Map, MapCell};
+use crate::exact::Share;
 use crate::number::significant;
 use crate::number::{axis_label, shown_in};
 use crate::plots::axis::Axis;
 use crate::plots::figure::{Figure, FigureTile, Size, colour};
-use crate::share::Share;
 
 /// Ends of the colour scales: light where the number is small.
 const FEW_WRONG: [f64; 3] = [252.0, 247.0, 238.0];

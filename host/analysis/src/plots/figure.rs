@@ -259,11 +259,11 @@ impl Figure {
         Text::new(tile.label.clone(), middle, style)
     }
 
-    /// The name of a limit, on the side away from zero unless there is no room.
+    /// Returns the name of a limit, on the side away from zero if it fits.
     fn limit_name<'a>(&self, x: f64, y: f64, label: &str, colour: &'a RGBColor) -> Text<'a, (f64, f64), String> {
-        const ROOM: f64 = 0.3;
+        const PADDING: f64 = 0.3;
         let left_of = (x - self.x.lo) / (self.x.hi - self.x.lo);
-        let right = if x < 0.0 { left_of > ROOM } else { left_of > 1.0 - ROOM };
+        let right = if x < 0.0 { left_of > PADDING } else { left_of > 1.0 - PADDING };
         let (side, label) =
             if right { (HPos::Right, format!("{label}\u{2002}")) } else { (HPos::Left, format!("\u{2002}{label}")) };
         let font = ("sans-serif", 10.5 * f64::from(SCALE) * FONT_FACTOR).into_font();

@@ -18,11 +18,11 @@ const MOST_OF_A_KIND: usize = 2;
 /// Figures of random runs, at most.
 const MOST_RANDOM: usize = 2;
 
-/// Peaks in space beyond which the facility's force leaves the axis: a facility that diverges has no scale.
+/// Multiple of the peak in space above which the facility's force exceeds the axis: a diverging facility has no scale.
 const HIGHEST: f64 = 6.0;
 
 /// Share of the time of contact that is shown before and after it.
-const ROOM: f64 = 0.08;
+const PADDING: f64 = 0.08;
 
 /// What a figure draws: a quantity of both loops, and the limits of a requirement on it.
 struct Quantity {
@@ -90,8 +90,8 @@ fn force_figure(trace: &Trace, quantity: &Quantity) -> Result<Option<Drawing>> {
     let (start, end) = time_of_contact(&space, &facility);
     let [peak, facility_peak] =
         [&space, &facility].map(|points| points.iter().map(|point| point.1).fold(0.0, f64::max));
-    let leaves = peak > 0.0 && facility_peak > HIGHEST * peak;
-    let highest = if leaves { HIGHEST * peak } else { facility_peak.max(peak) };
+    let exceeds = peak > 0.0 && facility_peak > HIGHEST * peak;
+    let highest = if exceeds { HIGHEST * peak } else { facility_peak.max(peak) };
     let highest = quantity.limits.iter().copied().fold(highest, f64::max);
     let name = match trace.run {
         NOMINAL_RUN => "Nominal case".to_owned(),
@@ -112,8 +112,8 @@ fn force_figure(trace: &Trace, quantity: &Quantity) -> Result<Option<Drawing>> {
     let kept = if trace.kept_as == "nominal" { String::new() } else { format!(" ({})", trace.kept_as) };
     let limit: String =
         quantity.limits.iter().map(|limit| format!(" Limit {}.", with_unit(*limit, &quantity.unit))).collect();
-    let note = if leaves {
-        format!(" The facility leaves the axis; its peak is {}.", with_unit(facility_peak, &quantity.unit))
+    let note = if exceeds {
+        format!(" The facility exceeds the axis range; its peak is {}.", with_unit(facility_peak, &quantity.unit))
     } else {
         String::new()
     };
@@ -125,7 +125,7 @@ fn points(trace: &Trace, signal: &str) -> Option<Vec<(f64, f64)>> {
     Some(trace.time.iter().zip(values).filter_map(|(time, value)| Some((*time, (*value)?))).collect())
 }
 
-/// First to last contact in either loop, with some room; the whole trace without contact.
+/// Returns the time from the first to the last contact in either loop, with padding; the whole trace without contact.
 fn time_of_contact(space: &[(f64, f64)], facility: &[(f64, f64)]) -> (f64, f64) {
     let all = || space.iter().chain(facility);
     let touching = all().filter(|(_, force)| *force > 0.0);
@@ -133,8 +133,8 @@ fn time_of_contact(space: &[(f64, f64)], facility: &[(f64, f64)]) -> (f64, f64) 
     let (start, end) = touching.fold((f64::INFINITY, f64::NEG_INFINITY), span);
     let (first, last) = all().fold((f64::INFINITY, f64::NEG_INFINITY), span);
     if start < end {
-        let room = ROOM * (end - start);
-        ((start - room).max(first), (end + room).min(last))
+        let padding = PADDING * (end - start);
+        ((start - padding).max(first), (end + padding).min(last))
     } else if first < last {
         (first, last)
     } else {

@@ -1,4 +1,4 @@
-//! Stability map: how stiff a contact a delayed loop bears over its damping, found points on closed curves.
+//! Stability map: limits of the contact stiffness in a delayed loop over its damping, with closed-form curves.
 
 use crate::Result;
 use crate::plots::axis::{Axis, Scale};
@@ -17,7 +17,7 @@ pub struct MapCurve {
     pub closed: Vec<(f64, f64)>,
 }
 
-/// Returns a page with one figure per compensator, for a reduced mass and a dead time.
+/// Renders a page with one figure per compensator; `heading` states mass and delay.
 ///
 /// # Errors
 /// If a figure cannot be drawn.

@@ -1,4 +1,4 @@
-//! What the figures need of a campaign, read in one pass: moments of all runs, values of a bounded number of them.
+//! Data for the figures of a campaign, read in one pass: moments of all runs, values of a bounded number of them.
 
 use std::path::Path;
 
@@ -30,7 +30,7 @@ pub(crate) const TRACKING: [&str; 4] = ["tracking_gain", "tracking_lag", "tracki
 #[derive(Clone, Debug)]
 pub(crate) struct Input {
     pub(crate) column: String,
-    /// Name in words.
+    /// Name as text.
     pub(crate) name: String,
     pub(crate) unit: String,
     pub(crate) meaning: String,

@@ -78,7 +78,7 @@ fn controller_terms(signals: &Signals) -> Vec<Term> {
     ]
 }
 
-/// A torque that the nominal model leaves over, and the terms that may make it.
+/// Torque that the nominal model does not explain, with its candidate terms.
 struct Discrepancy {
     names: Vec<&'static str>,
     /// Terms at the samples, each of unit root mean square.

@@ -17,7 +17,8 @@ const BENDS: usize = 3;
 
 /// Recordings of a block without a hidden effect.
 pub(super) struct Healthy {
-    /// The recordings without noise: in a bounce, say, noise makes another motion, which nuisances change otherwise.
+    /// Recordings without noise: in a bounce, noise changes the motion and thereby its sensitivity to nuisance
+    /// parameters.
     still: MeasuredBlock,
     noise: Noise,
     /// The null hypothesis that the noisy recordings give, with its residuals and their derivatives without noise.
@@ -87,7 +88,7 @@ impl Healthy {
     }
 
     /// Returns the prior penalty of nuisance parameters, relative to their drawn values, in chi-squared.
-    pub(super) fn strain(&self, z: &DVector<f64>) -> f64 {
+    pub(super) fn prior_penalty(&self, z: &DVector<f64>) -> f64 {
         z.iter().zip(&self.null.z).map(|(z, drawn)| z * (z + 2.0 * drawn)).sum()
     }
 
@@ -138,8 +139,8 @@ fn linearised(
     (residual, jacobian)
 }
 
-/// The noise of recordings with nothing hidden: by their repeats or quiet stretches, or, where every recording has its own
-/// commands, what the nuisances leave of them.
+/// Estimates the noise of recordings without a hidden effect, from repeats or quiet stretches, or, if every recording
+/// has its own commands, from the residual of the null hypothesis.
 fn noise(block: &MeasuredBlock) -> Option<Noise> {
     let mut series = block.noise_alone();
     if series.is_empty() {

@@ -91,7 +91,7 @@ pub struct Oracle {
     bank: Bank,
     /// Detection threshold in log-odds.
     threshold: f64,
-    /// Root of the sum of squares that the model leaves of the recordings without noise where nothing is hidden.
+    /// Root of the residual sum of squares of the noiseless recordings without a hidden effect.
     own_misfit: f64,
     asked: RefCell<Vec<Expected>>,
 }
@@ -239,7 +239,7 @@ impl Oracle {
     /// misfit without a hidden effect is no evidence.
     fn evident(&self, change: &DVector<f64>, z: &DVector<f64>) -> f64 {
         let left = (change + &self.healthy.null.jacobian * z).norm();
-        ((left - 2.0_f64.sqrt() * self.own_misfit).max(0.0).powi(2) + self.healthy.strain(z)).max(0.0)
+        ((left - 2.0_f64.sqrt() * self.own_misfit).max(0.0).powi(2) + self.healthy.prior_penalty(z)).max(0.0)
     }
 
     /// Returns the lead of the oracle's log-odds over the best rival, nuisance parameters beyond their priors included.
@@ -334,7 +334,7 @@ mod tests {
 
     #[test]
     fn effect_equal_to_a_nuisance_is_detectable_only_beyond_its_tolerance() {
-        // Three tolerances are plausible; twice as far nobody would go. What was drawn counts.
+        // Three tolerances are plausible, six are not. The drawn values count.
         let cases = [("K7_surface_offset", "surface", 5e-6), ("K1_stiffness", "stiffness", 2e3)];
         for (id, nuisance, tolerance) in first(1, cases) {
             let all = [5, 6].map(|seed| off(id, nuisance, tolerance, seed));

@@ -368,7 +368,7 @@ fn backlash_is_named_for_any_tooth_stiffness() {
 
 #[test]
 fn rate_limit_active_for_a_moment_is_named() {
-    // A resample of the second one's held-out motion may lack that moment, which leaves 44 times the noise.
+    // A resample of the second one's held-out motion may lack that moment, with a residual of 44 times the noise.
     for (colour, seed) in first(1, [(NoiseColour::Pink, 639_031_804), (NoiseColour::FirstOrder, 2_102_284_916)]) {
         is_found(colour, seed, ("C7_rate_limit", 1.087_815_891_263_923_5), "rate_limit");
     }

@@ -71,8 +71,8 @@ const DIFFERENT: f64 = 10.0;
 /// Largest number of distinct torques per recording.
 const MOST: usize = 16;
 
-/// Of torques with the squares that they leave of so many samples, the best first, `own` those that the fit leaves: those
-/// that the log allows and that differ from one another.
+/// Returns the torques that the log allows and that differ from each other, from torques with their residual sums of
+/// squares over `samples` samples, the best first; `own` is that of the fit.
 fn different(tried: Vec<(f64, Vec<f64>)>, own: f64, samples: usize) -> Vec<Vec<f64>> {
     let power = own / samples as f64;
     let mut all: Vec<Vec<f64>> = Vec::new();

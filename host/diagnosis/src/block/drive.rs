@@ -18,7 +18,7 @@ const LONGEST_STEP: f64 = 5e-4;
 /// around faster than any command.
 const BAND: f64 = 0.8;
 
-/// Standard deviation of the angle between the zeros of two encoders, which nobody aligned \[rad\].
+/// Standard deviation of the angle between the zeros of two encoders, which are not aligned \[rad\].
 const ZERO: f64 = 0.01;
 /// Damping ratio of a drive on its friction's bristles.
 const BRISTLE_DAMPING: f64 = 0.03;

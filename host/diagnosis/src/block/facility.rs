@@ -61,7 +61,8 @@ const RESOLUTION: f64 = 2e-6;
 const STAMPS: f64 = 1e-4;
 /// Detection threshold of a touch, in standard deviations of the force before it.
 const TOUCH: f64 = 8.0;
-/// Share of the time before the first touch over which a drive's tare is checked: its end may hold what nobody saw.
+/// Share of the time before the first touch over which a drive's tare is checked: the end may contain an undetected
+/// contact.
 const FREE: f64 = 0.8;
 
 /// Channels of the motion, in the order of the facility's outputs.

@@ -19,11 +19,12 @@ use softdock_kernels::fields::to_vec;
 const LONGEST_STEP: f64 = 2e-4;
 /// Length of a segment \[s\]: a blow with the flight after it, and seldom a second one.
 const SEGMENT: f64 = 0.054;
-/// A state is smooth whose parabola leaves at most so many times what it leaves in free flight.
+/// A state is smooth if the residual of its parabola is at most this many times that of free flight.
 const SMOOTH: f64 = 4.0;
 /// A corner is clear of the plane from this height on, in half widths.
 const CLEAR: f64 = 0.2;
-/// Segments that are learnt from, and judged by: more would say the same, as exactly as no model is true.
+/// Largest number of training segments, and of held-out segments: more would not add information within the model
+/// error.
 const MOST_SEGMENTS: usize = 400;
 /// A body that moves and turns less in a segment rests: \[m, rad\], and in standard deviations of what flight shows.
 const AT_REST: [f64; 2] = [1e-3, 1e-2];
@@ -263,7 +264,7 @@ pub fn free_run(state: &BodyState, frames: usize, frame: f64) -> Recorded {
     Recorded { stride: each, ..layout.recorded(std::slice::from_ref(state), &[[1.0; 2]]) }
 }
 
-/// What free flight leaves of a steady fall and a steady turn: noise alone, segment by segment.
+/// Returns the residuals of free flight against a steady fall and turn, which are noise alone, segment by segment.
 fn quiet<'a>(rig: &TossRig, tosses: impl Iterator<Item = &'a Poses> + Clone) -> Vec<DMatrix<f64>> {
     let mut all: Vec<(f64, [Vector3<f64>; 2])> = Vec::new();
     for poses in tosses {

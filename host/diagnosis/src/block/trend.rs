@@ -16,8 +16,8 @@ pub(super) struct Aged {
 pub(super) struct Detrended {
     /// The noise.
     pub(super) noise: Vec<DMatrix<f64>>,
-    /// Whether something grew with the session otherwise than all experiments alike: a gain that drifts, say, with the
-    /// signal that it acts on.
+    /// Whether a trend over the session is not common to all experiments, for example a drifting gain, whose trend
+    /// follows its signal.
     pub(super) grew: bool,
 }
 
@@ -78,7 +78,7 @@ fn grew(apart: &[Apart], rounding: &[f64]) -> bool {
     let (grown, rest): (Vec<DMatrix<f64>>, Vec<Vec<DMatrix<f64>>>) =
         apart.iter().map(|own| (own.grown.clone(), own.rest.clone())).unzip();
     // Of all the rest's series two in each experiment follow from the others.
-    let spare: usize = rest.iter().map(|own| (own.len() - 2) * own[0].ncols()).sum();
+    let degrees: usize = rest.iter().map(|own| (own.len() - 2) * own[0].ncols()).sum();
     let rest = rest.concat();
     if rest.is_empty() {
         return false;
@@ -88,7 +88,7 @@ fn grew(apart: &[Apart], rounding: &[f64]) -> bool {
     let ratio = (0..channels).map(|c| beyond(c) / power(&rest, c)).sum::<f64>() / channels as f64;
     let samples: usize = grown.iter().map(DMatrix::ncols).sum();
     let independent = channels as f64 * CorrelationTime::of(&rest).independent;
-    ratio > tolerated([samples, spare].map(|count| independent * count as f64))
+    ratio > tolerated([samples, degrees].map(|count| independent * count as f64))
 }
 
 #[cfg(test)]

@@ -42,8 +42,8 @@ impl Prepared {
         let gears: Vec<Option<DriveValues<f64>>> = all.judged.iter().map(Judged::gear).collect();
         let (known, nominal) = (&self.axes(rig).drives, |place: usize| rig.drives[place].values);
         let is_new = |place: &usize| gears[*place].is_some() && winds_alike(&known[*place], &nominal(*place));
-        let leaves = |place: &usize| all.answers[*place].residual.after;
-        let first = (0..gears.len()).filter(is_new).min_by(|a, b| leaves(a).total_cmp(&leaves(b)));
+        let residual = |place: &usize| all.answers[*place].residual.after;
+        let first = (0..gears.len()).filter(is_new).min_by(|a, b| residual(a).total_cmp(&residual(b)));
         let waits = |place: usize| is_new(&place) && first != Some(place);
         let found = |place: usize| gears[place].filter(|_| !waits(place)).unwrap_or(nominal(place));
         let found: Vec<DriveValues<f64>> = (0..gears.len()).map(found).collect();

@@ -11,8 +11,8 @@ use softdock_campaign::rig::RigModel;
 use softdock_engine::blocks::BlockKind;
 
 impl Prepared {
-    /// Of the torques that the log allows, recording by recording, those that leave least of the motion unexplained: a jump
-    /// that comes a period late is an impulse, which the drive's angle shows beside what the nuisances do.
+    /// Returns, for each recording, the torque among those that the log allows with the least residual of the motion: a
+    /// jump one period late is an impulse, which the drive's angle shows besides the nuisance parameters.
     pub(super) fn moving(&self, allowed: Vec<Vec<Vec<f64>>>) -> Vec<Vec<f64>> {
         let Subject::Rig(rig, pieces) = &self.subject else { return Vec::new() };
         let RigModel::Drive(drive) = &rig.plant else { return Vec::new() };

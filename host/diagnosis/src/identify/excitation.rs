@@ -190,12 +190,12 @@ fn decode(robot: &Robot, options: &DesignOptions, genes: &[f64]) -> Vec<Series> 
             rate = f64::max(rate, v.abs());
             acceleration = f64::max(acceleration, a.abs());
         }
-        let room = SHARE * (upper - lower);
+        let span = SHARE * (upper - lower);
         let factors =
-            [room / (ends.1 - ends.0), SHARE * limits.speed / rate, SHARE * limits.acceleration / acceleration];
+            [span / (ends.1 - ends.0), SHARE * limits.speed / rate, SHARE * limits.acceleration / acceleration];
         let factor = factors.into_iter().fold(f64::INFINITY, f64::min);
-        // The mean's gene chooses a place in what room is left.
-        let margin = 0.5 * (upper - lower - room);
+        // The gene of the mean selects a value in the remaining range.
+        let margin = 0.5 * (upper - lower - span);
         let (least, greatest) = (lower + margin - factor * ends.0, upper - margin - factor * ends.1);
         let place = 0.5 + 0.5 * genes[0].tanh();
         Series { mean: least + place * (greatest - least).max(0.0), ..plain.scaled(factor) }

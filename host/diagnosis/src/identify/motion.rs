@@ -111,15 +111,12 @@ fn whole_period(recording: &Recording, period: f64) -> Result<usize> {
             "{}: a period of {period} s is not a whole number of steps of {:.6} s",
             recording.name, recording.step
         );
-        return Err(DiagnosisError::unfit(what, "state the period of the motion exactly, or leave out --period"));
+        return Err(DiagnosisError::unfit(what, "state the period of the motion exactly, or omit --period"));
     }
     if whole as usize > recording.rows() {
         let have = recording.rows() as f64 * recording.step;
         let what = format!("{}: {have:.3} s are shorter than one period of {period} s", recording.name);
-        return Err(DiagnosisError::unfit(
-            what,
-            "record at least one whole period, better five, or leave out --period",
-        ));
+        return Err(DiagnosisError::unfit(what, "record at least one whole period, better five, or omit --period"));
     }
     Ok(whole as usize)
 }

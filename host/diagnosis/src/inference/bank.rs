@@ -242,7 +242,7 @@ fn by_entry(entries: &[SignatureEntry], of: impl Fn(usize, usize) -> f64) -> DMa
     all
 }
 
-/// Share of a change's power that an imitation may leave.
+/// Largest residual share of a change's power in an imitation.
 const UNLIKE: f64 = 0.1;
 /// Draws of noise.
 const NULLS: usize = 2000;

@@ -105,7 +105,7 @@ impl Blocks {
                 *sum += running[from + self.length] - running[from];
             }
         }
-        // Blocks of whole length leave a rest, which counts as the others do.
+        // Blocks of whole length do not cover the remainder, which counts as the others do.
         let scale = n as f64 / (self.blocks * self.length).max(1) as f64;
         [0, 1].map(|i| (scale * sums[i] + self.kept[i]) / self.samples as f64)
     }

@@ -41,7 +41,7 @@ fn stepped(from: &Fitted, base: &[f64], mean: &Simulate, deviation: Option<&Simu
         let (noise, through) = derived(deviation(&sets), &steps);
         // Whitened means count as single repeats do: their noise has the same power.
         let share = residual.len() as f64 / noise.len() as f64;
-        InputNoise { pull: through.tr_mul(&noise) * share, information: through.tr_mul(&through) * share }
+        InputNoise { gradient: through.tr_mul(&noise) * share, information: through.tr_mul(&through) * share }
     });
     let here = Fitted { residual, jacobian, input_noise, ..from.clone() };
     let shift = here.curvature(1.0).cholesky()?.solve(&-(here.gradient() + here.prior_slope()));

@@ -33,7 +33,7 @@ pub fn evidence(fitted: &Fitted, dispersion: f64) -> MarginalLikelihood {
     for (i, unknown) in fitted.unknowns.iter().enumerate() {
         if unknown.prior.is_one_sided() {
             let sd = covariance[(i, i)].sqrt();
-            // At the bound the peak lies beyond it: as far as the slope says.
+            // At the bound the peak is beyond it, at a distance given by the slope.
             let peak = if z[i] <= 0.0 { (z[i] - shift[i]).min(0.0) } else { z[i] };
             log += 2_f64.ln() + log_normal_cdf(peak / sd);
             log += if z[i] <= 0.0 { 0.5 * (peak / sd).powi(2) } else { 0.0 };
@@ -76,8 +76,8 @@ pub fn interval(prior: &ParameterPrior, z: f64, sd: f64) -> CredibleInterval {
 
 /// Returns the nuisance parameter with the greatest z-score.
 pub fn greatest_nuisance_deviation(fitted: &Fitted) -> Option<(&str, f64)> {
-    let pulls = fitted.nuisances().map(|(_, unknown, z)| (unknown.name.as_str(), z));
-    pulls.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
+    let z_scores = fitted.nuisances().map(|(_, unknown, z)| (unknown.name.as_str(), z));
+    z_scores.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
 }
 
 /// Logarithm of a sum of exponentials.

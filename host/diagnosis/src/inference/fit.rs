@@ -98,7 +98,7 @@ const FREED: f64 = 1e-2;
 #[derive(Clone, Debug, PartialEq)]
 pub struct InputNoise {
     /// Contribution to the gradient of half the sum of squares.
-    pub pull: DVector<f64>,
+    pub gradient: DVector<f64>,
     /// Contribution to the information `J'J`.
     pub information: DMatrix<f64>,
 }
@@ -121,7 +121,7 @@ impl Fitted {
     /// Returns the gradient of half the sum of squares, compensated for input noise where known.
     pub fn gradient(&self) -> DVector<f64> {
         let mut gradient = self.jacobian.tr_mul(&self.residual);
-        self.input_noise.iter().for_each(|noise| gradient -= &noise.pull);
+        self.input_noise.iter().for_each(|noise| gradient -= &noise.gradient);
         gradient
     }
 
@@ -284,7 +284,7 @@ mod tests {
         Unknown { name: format!("p{field}"), field, unit: "1", prior, role }
     }
 
-    /// `a sin(w t)` sampled, less what the parameters say, over a noise of 0.01.
+    /// `a sin(w t)` sampled, less its prediction by the parameters, over a noise of 0.01.
     fn wave(truth: [f64; 2]) -> impl Fn(&[Vec<f64>]) -> Vec<DVector<f64>> {
         move |sets| {
             let at = |p: &[f64], t: f64| p[0] * (p[1] * t).sin();

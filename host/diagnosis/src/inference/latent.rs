@@ -1,8 +1,8 @@
 //! Latent inputs: the signal that, added to a measured input, explains a block's residual; estimated through the
 //! simulator.
 //!
-//! The signal is piecewise linear between knots; its second differences are as large as the evidence says (an integrated
-//! random walk, the prior of a smoothing spline: Wahba 1978). No measured signal is differentiated.
+//! The signal is piecewise linear between knots; the evidence determines the size of its second differences (an
+//! integrated random walk, the prior of a smoothing spline: Wahba 1978). No measured signal is differentiated.
 
 use nalgebra::{DMatrix, DVector};
 

@@ -34,9 +34,8 @@ pub struct ErrorSources<'a> {
 
 /// Returns the standard deviation of each free parameter's `z`; `dispersion` as in the evidence.
 ///
-/// `s^2 = s_stat^2 + sum s_shift^2 + s_in^2 + max(s_gap^2, s_rep^2)`, the first with the dispersion in it, the third by the
-/// noise of inputs. What the repeats of an experiment differ by has a share in what the experiment pulls. Shifts are those
-/// of one Gauss-Newton step.
+/// `s^2 = s_stat^2 + sum s_shift^2 + s_in^2 + max(s_gap^2, s_rep^2)`: statistical (with the dispersion), shifts, input
+/// noise, and the larger of model error and repeat-to-repeat variance. Shifts are those of one Gauss-Newton step.
 pub fn deviations(fitted: &Fitted, evidence: &MarginalLikelihood, dispersion: f64, seen: &ErrorSources) -> Vec<f64> {
     let mut variance = evidence.covariance.diagonal();
     for change in &seen.shifts {
@@ -63,13 +62,13 @@ pub fn scatter(fitted: &Fitted, rows: usize) -> f64 {
         return 1.0;
     }
     let clusters = fitted.residual.len() / rows;
-    let pull = |k: usize| fitted.jacobian.rows(k * rows, rows).tr_mul(&fitted.residual.rows(k * rows, rows));
-    let pulls = DMatrix::from_columns(&(0..clusters).map(pull).collect::<Vec<_>>());
+    let gradient = |k: usize| fitted.jacobian.rows(k * rows, rows).tr_mul(&fitted.residual.rows(k * rows, rows));
+    let gradients = DMatrix::from_columns(&(0..clusters).map(gradient).collect::<Vec<_>>());
     let curvature = fitted.curvature(1.0).cholesky().expect("the priors make it positive definite");
-    curvature.solve(&(&pulls * pulls.transpose())).trace() / count as f64
+    curvature.solve(&(&gradients * gradients.transpose())).trace() / count as f64
 }
 
-/// What clusters of residuals pull.
+/// Gradients of clusters of residuals.
 struct Clusters<'a> {
     fitted: &'a Fitted,
     covariance: &'a DMatrix<f64>,
@@ -83,12 +82,12 @@ impl Clusters<'_> {
         self.covariance * (own.transpose() * own / self.dispersion)
     }
 
-    /// How far a gradient moves the numbers.
-    fn shift(&self, pull: DVector<f64>) -> DVector<f64> {
-        self.covariance * (pull / self.dispersion)
+    /// Returns the shift of the parameters by a gradient.
+    fn shift(&self, gradient: DVector<f64>) -> DVector<f64> {
+        self.covariance * (gradient / self.dispersion)
     }
 
-    /// Variance by what each experiment pulls, beyond what noise explains of it.
+    /// Returns the variance from the gradient of each experiment, beyond noise.
     fn gap(&self, experiments: &[ExperimentRows]) -> DVector<f64> {
         let Self { fitted, covariance, .. } = self;
         let mut sum = DVector::zeros(fitted.z.len());
@@ -98,9 +97,9 @@ impl Clusters<'_> {
         for ExperimentRows { rows, .. } in experiments {
             let own = fitted.jacobian.rows(rows.start, rows.len());
             let share = rows.len() as f64 / fitted.residual.len() as f64;
-            let mut pull = own.tr_mul(&fitted.residual.rows(rows.start, rows.len()));
-            fitted.input_noise.iter().for_each(|noise| pull -= &noise.pull * share);
-            let shift = self.shift(pull);
+            let mut gradient = own.tr_mul(&fitted.residual.rows(rows.start, rows.len()));
+            fitted.input_noise.iter().for_each(|noise| gradient -= &noise.gradient * share);
+            let shift = self.shift(gradient);
             // Of noise that the fit follows: cov (G - G cov G) cov, G the experiment's own precision.
             let weight = self.weight(rows);
             let noise = &weight * *covariance - &weight * &weight * *covariance;
@@ -110,7 +109,7 @@ impl Clusters<'_> {
         sum.map(|excess| (excess * count / (count - 1.0)).max(0.0))
     }
 
-    /// Variance by what repeats differ by, beyond that of noise that is as it was whitened.
+    /// Returns the variance from the differences of repeats, beyond that of the whitened noise.
     fn by_repeats(&self, experiments: &[ExperimentRows], differences: &DVector<f64>) -> DVector<f64> {
         let (mut sum, mut start) = (DVector::zeros(self.fitted.z.len()), 0);
         for ExperimentRows { rows, repeats } in experiments.iter().filter(|experiment| experiment.repeats > 1) {

@@ -133,8 +133,8 @@ impl Half<'_> {
         let (size, residual) = (columns.len(), self.sum.ncols() - 1);
         let unit = |i: usize, j: usize| f64::from(u8::from(i == j));
         let precision = DMatrix::from_fn(size, size, |i, j| self.sum[(columns[i], columns[j])] + unit(i, j));
-        let pull = |i: usize| if i < known { self.moments.z[i] } else { 0.0 };
-        let gradient = DVector::from_fn(size, |i, _| self.sum[(columns[i], residual)] + pull(i));
+        let slope = |i: usize| if i < known { self.moments.z[i] } else { 0.0 };
+        let gradient = DVector::from_fn(size, |i, _| self.sum[(columns[i], residual)] + slope(i));
         let Some(cholesky) = precision.cholesky() else {
             return f64::NEG_INFINITY;
         };

@@ -38,22 +38,22 @@ impl JudgementContext<'_> {
             let motions: Vec<Pair<'_>> = learnt.chain(each_of(&tested, [with, without])).collect();
             let gain_elsewhere = gain_elsewhere(&motions, carried);
             let found = adequacy(with.as_slice(), own, without.as_slice(), carried, level);
-            candidate.admissible = candidate.admissible && self.outdoes_pulled(candidate, null, with);
+            candidate.admissible = candidate.admissible && self.explains_more_than_nuisances(candidate, null, with);
             candidate.adequacy = Some(Adequacy { gain_elsewhere, ..found });
             candidate.held_out = with.clone();
         }
     }
 
-    /// Whether a candidate that pulls a nuisance explains more of held-out data, as `with` has it, than the null hypothesis
-    /// does that pulls nuisances as far, or any way if that is strained.
-    fn outdoes_pulled(&self, candidate: &Candidate, null: &Fitted, with: &DVector<f64>) -> bool {
-        let pull = candidate.greatest_nuisance_deviation().map_or(0.0, |(_, pull)| pull.abs());
-        if pull <= CLAMP {
+    /// Returns whether a candidate with a nuisance parameter beyond its prior explains more of the held-out data, with
+    /// residual `with`, than the null hypothesis with nuisance parameters as far from nominal, or unlimited.
+    fn explains_more_than_nuisances(&self, candidate: &Candidate, null: &Fitted, with: &DVector<f64>) -> bool {
+        let z = candidate.greatest_nuisance_deviation().map_or(0.0, |(_, z)| z.abs());
+        if z <= CLAMP {
             return true;
         }
-        let reach = if has_nuisance_beyond_prior(&candidate.fitted) { f64::INFINITY } else { pull };
-        let pulled = clamped(self.block, null, reach, &|sets| self.simulated(sets));
-        let without = self.test.whitened(&self.noise, &[pulled.values(&self.block.base)]).remove(0);
+        let reach = if has_nuisance_beyond_prior(&candidate.fitted) { f64::INFINITY } else { z };
+        let shifted = clamped(self.block, null, reach, &|sets| self.simulated(sets));
+        let without = self.test.whitened(&self.noise, &[shifted.values(&self.block.base)]).remove(0);
         gains(mean_square(&without), mean_square(with))
     }
 

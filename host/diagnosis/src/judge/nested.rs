@@ -5,8 +5,8 @@ use crate::inference::unknown::{Role, Unknown};
 use crate::judge::taken;
 use crate::library::Hypothesis;
 
-/// How much less than a hypothesis another must leave, in chi-squared, that the first starts again from there: most of
-/// what the two leave differs by what the other's further numbers explain.
+/// Difference in chi-squared between two nested fits above which the worse restarts from the better: most of it is
+/// explained by the further parameters.
 const AHEAD: f64 = 10.0;
 
 /// One start for every fit of a single hypothesis that ended above one which contains it: a gear with backlash whose gap
@@ -68,7 +68,7 @@ mod tests {
         Hypothesis { effect: &DICTIONARY, name: "a form", unknowns, forms, sizes, shaped: true }
     }
 
-    /// A fit of a hypothesis, all numbers at `z`, that leaves so much.
+    /// Returns a fit of a hypothesis with all parameters at `z` and a given residual.
     fn fitted(library: &[Hypothesis], hypothesis: usize, z: f64, left: f64) -> Fitted {
         let unknowns = library[hypothesis].unknowns.clone();
         let (z, residual) = (vec![z; unknowns.len()], DVector::from_element(1, left.sqrt()));

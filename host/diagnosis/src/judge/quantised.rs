@@ -34,7 +34,7 @@ pub(super) fn pairs(bench: &JudgementContext, singles: &[Fitted], null: &Fitted)
     bench.with_carried(fits).into_iter().map(set).collect()
 }
 
-/// Fits of the effects that explain what the steps leave open, about as well as the best does.
+/// Returns the fits of the effects that explain the residual beyond the quantisation about as well as the best.
 fn explaining<'f>(
     bench: &JudgementContext,
     zone: &DeadZone,

@@ -10,10 +10,10 @@ use crate::library::Hypothesis;
 
 /// Starts of a hypothesis that are fitted.
 const STARTS: usize = 3;
-/// A nuisance that the null hypothesis pulls further than this many tolerances may make up for an effect.
+/// z-score in the null hypothesis above which a nuisance parameter may have absorbed an effect.
 const SUSPECT: f64 = 2.0;
 
-/// The free numbers of hypotheses together with the nuisances that they leave; nuisances first.
+/// Returns the free parameters of hypotheses with the remaining nuisance parameters, nuisance parameters first.
 pub(crate) fn unknowns(block: &MeasuredBlock, hypotheses: &[&Hypothesis]) -> Vec<Unknown> {
     let own: Vec<&Unknown> = hypotheses.iter().flat_map(|hypothesis| &hypothesis.unknowns).collect();
     let left = |nuisance: &&Unknown| own.iter().all(|unknown| unknown.field != nuisance.field);
@@ -46,10 +46,10 @@ pub(super) fn starts(
 /// which may have absorbed the effect. They start on either side of nominal, because an early and a late clock match
 /// different neighbours of each stamp.
 fn first_nuisances(nuisances: &[Unknown], null: &Fitted) -> Vec<Vec<f64>> {
-    let Some((pulled, _)) = greatest_nuisance_deviation(null).filter(|pull| pull.1.abs() > SUSPECT) else {
+    let Some((shifted, _)) = greatest_nuisance_deviation(null).filter(|z| z.1.abs() > SUSPECT) else {
         return vec![carried(nuisances, null)];
     };
-    let beside = |side: f64| nuisances.iter().map(|own| if own.name == pulled { side } else { 0.0 }).collect();
+    let beside = |side: f64| nuisances.iter().map(|own| if own.name == shifted { side } else { 0.0 }).collect();
     vec![beside(-1.0), beside(1.0)]
 }
 

@@ -37,8 +37,8 @@ impl JudgementContext<'_> {
         }
     }
 
-    /// Takes from the numbers of the best candidates what is plausible of their sizes, and what the noise of measured
-    /// inputs pulls; their ranking stays, but for combinations that are not sound then.
+    /// Removes the size priors and the input-noise bias from the parameters of the best candidates. Their ranking is
+    /// unchanged, except for combinations that become inadmissible.
     pub(crate) fn compensate(&self, dispersion: f64, ranking: &mut [Candidate]) {
         let mut best: Vec<&mut Candidate> =
             ranking.iter_mut().filter(|candidate| candidate.admissible).take(REFINED).collect();
@@ -102,7 +102,7 @@ impl JudgementContext<'_> {
             for _ in 0..WIDENINGS {
                 let ways = [-2.0 * deviations[place], 2.0 * deviations[place]];
                 let rise = self.rise(fitted, place, ways).into_iter().fold(f64::INFINITY, f64::min) / dispersion;
-                // A place that leaves much less belongs to another valley.
+                // A point with a much smaller residual belongs to another minimum.
                 if rise.abs() >= RISE {
                     break;
                 }
@@ -111,8 +111,8 @@ impl JudgementContext<'_> {
         }
     }
 
-    /// What a fit leaves more of where one of its numbers has gone such ways, all others staying: at least what it would
-    /// leave more of with the others fitted anew.
+    /// Returns the increase of a fit's residual for shifts of one parameter with the others fixed: an upper bound of
+    /// the increase with the others refitted.
     fn rise(&self, fitted: &Fitted, place: usize, ways: [f64; 2]) -> [f64; 2] {
         let moved = ways.map(|way| {
             let mut z = fitted.z.clone();
@@ -125,10 +125,10 @@ impl JudgementContext<'_> {
         let of = |number: usize| {
             let (from, to) = (fitted.z[place], moved[number][place]);
             let way = to - from;
-            let pull =
-                |noise: &InputNoise| 2.0 * noise.pull[place] * way + noise.information[(place, place)] * way * way;
+            let input_noise =
+                |noise: &InputNoise| 2.0 * noise.gradient[place] * way + noise.information[(place, place)] * way * way;
             residuals[number].norm_squared() - fitted.residual.norm_squared() + plausible * (to * to - from * from)
-                - fitted.input_noise.as_ref().map_or(0.0, pull)
+                - fitted.input_noise.as_ref().map_or(0.0, input_noise)
         };
         [of(0), of(1)]
     }

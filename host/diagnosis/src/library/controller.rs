@@ -41,7 +41,7 @@ const FINER: f64 = 10.0;
 /// Share of the torque's misfit that a hold must explain to be tried.
 const SEEN: f64 = 0.1;
 
-/// The period of a hold that explains most of what the torque lacks; `None` where none explains much.
+/// Returns the period of the hold that explains most of the missing torque; `None` if none explains much.
 ///
 /// The edges of a hold move by their number times what its period moves by, so that a fit finds the period from
 /// nearby only. What the reference asks for has no memory: what it would ask for with a hold is looked up.
@@ -63,7 +63,7 @@ fn seen_hold(lacking: &[Lacking]) -> Option<f64> {
     Some(best)
 }
 
-/// The rate to which a reference is limited that explains most of what the torque lacks; `None` where none explains much.
+/// Returns the rate limit of the reference that explains most of the missing torque; `None` if none explains much.
 fn seen_limit(lacking: &[Lacking]) -> Option<f64> {
     let fastest = lacking.iter().map(Lacking::fastest).fold(0.0, f64::max);
     let left = |limit: f64| lacking.iter().map(|own| own.left_by_limit(limit)).sum::<f64>();
@@ -78,14 +78,14 @@ fn seen_limit(lacking: &[Lacking]) -> Option<f64> {
 const LIMITS: i32 = 160;
 const SLOWEST_LIMIT: f64 = 0.8;
 
-/// What the torque of a recording lacks, and what its reference asks for by itself.
+/// Missing torque of a recording, and the torque commanded by its reference alone.
 struct Lacking {
     /// Period of the controller \[s\], and periods in one of the log.
     period: f64,
     stride: usize,
     /// Measured torque less what the controller asks for, at the log's samples.
     torque: Vec<f64>,
-    /// What the reference asks for at every period of the controller.
+    /// Torque commanded by the reference at every period of the controller.
     asked: Vec<f64>,
     /// The reference's angle there, and what the controller makes of angle and rate.
     angle: Vec<f64>,
@@ -122,8 +122,8 @@ impl Lacking {
         rates.fold(0.0, f64::max)
     }
 
-    /// Sum of squares that a limit of the rate leaves of it: while the reference runs after what was sent, the
-    /// controller sees it behind, and slower.
+    /// Returns the residual sum of squares under a rate limit: while the limited reference lags behind the sent one,
+    /// the controller receives it late and slower.
     fn left_by_limit(&self, limit: f64) -> f64 {
         let (mut at, mut sum) = (self.angle[0], 0.0);
         for (tick, sent) in self.angle.iter().enumerate() {
@@ -141,7 +141,7 @@ impl Lacking {
         sum
     }
 
-    /// Sum of squares that a hold leaves of it until a time \[s\].
+    /// Returns the residual sum of squares under a hold until a time \[s\].
     fn left(&self, hold: f64, until: f64) -> f64 {
         let periods = hold / self.period;
         let count = (until / (self.period * self.stride as f64)).min(self.torque.len() as f64) as usize;

@@ -93,10 +93,10 @@ fn short(numbers: &[f64], is_new: &[bool]) -> Option<[f64; 2]> {
     (most > EVEN).then_some([period, phase])
 }
 
-/// Period that leaves most room for when its first instant was, in packets: every number is the last whole one of its
-/// instant. The room is a concave function of the period, which has one such place; `None` if there is no room.
+/// Returns the period, in packets, with the widest range of its first instant: every number is the integer part of its
+/// instant. The width is a concave function of the period; `None` if it is not positive.
 fn period(numbers: &[f64], counts: &[f64]) -> Option<f64> {
-    let room = |period: f64| {
+    let span = |period: f64| {
         let after = |(number, count): (&f64, &f64)| number - numbers[0] - count * period;
         let [least, most] = numbers
             .iter()
@@ -109,13 +109,13 @@ fn period(numbers: &[f64], counts: &[f64]) -> Option<f64> {
     let (mut low, mut high) = ((whole - 1.0) / last, (whole + 1.0) / last);
     for _ in 0..NARROWINGS {
         let third = (high - low) / 3.0;
-        if room(low + third) < room(high - third) { low += third } else { high -= third }
+        if span(low + third) < span(high - third) { low += third } else { high -= third }
     }
     let period = 0.5 * (low + high);
-    (room(period) > 0.0).then_some(period)
+    (span(period) > 0.0).then_some(period)
 }
 
-/// How many periods after the first number each came, if all are of a hold's instants; `None` if they are not.
+/// Returns the number of periods of each packet after the first, if all are of a hold's instants; `None` otherwise.
 ///
 /// Every number n of the m-th instant bounds m P between n and n + 1, counted from the first one. A first estimate
 /// gives the m of the next numbers, which refine P to a share of their distance.

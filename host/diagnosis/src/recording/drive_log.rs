@@ -49,7 +49,7 @@ const PLACE: [&str; 2] = ["tick", "time_ns"];
 /// Columns with the commands that met a limit; without them, none did.
 const LIMITS: [&str; 2] = ["robot_1_limits", "robot_2_limits"];
 /// What to do about a log that lacks a column.
-const REMEDY: &str = "give the log.parquet that `softdock drive` leaves, or a CSV or Parquet file with the same columns: tick, \
+const REMEDY: &str = "pass the log.parquet of `softdock drive`, or a CSV or Parquet file with the same columns: tick, \
     time_ns, simulated_part_a_..., simulated_part_b_..., part_a_..., part_b_..., ft_compensated_...";
 
 impl DriveLog {
@@ -59,7 +59,7 @@ impl DriveLog {
     /// A file that lacks a signal, a run that hardly began.
     pub(crate) fn read(path: &Path, findings: &mut Vec<Finding>) -> Result<Self> {
         let metadata = metadata(path);
-        let said = |key: &str| metadata.iter().find(|pair| pair.0 == key).map(|pair| pair.1.clone());
+        let value = |key: &str| metadata.iter().find(|pair| pair.0 == key).map(|pair| pair.1.clone());
         let table = Table::read(path)?;
         let name = name(path);
         let rows = table.running(path)?;
@@ -86,8 +86,8 @@ impl DriveLog {
             return Err(DiagnosisError::log(path, None, what, format!("drive a run of at least {FEWEST} cycles")));
         }
         let cycle = (table.cell(1, end - 1) - table.cell(1, rows.start)) * 1e-9 / (cycles.len() - 1) as f64;
-        let run = said("run").and_then(|run| run.parse().ok());
-        Ok(Self { run, campaign_hash: said("campaign_hash"), cycle, ticks, cycles, name })
+        let run = value("run").and_then(|run| run.parse().ok());
+        Ok(Self { run, campaign_hash: value("campaign_hash"), cycle, ticks, cycles, name })
     }
 }
 

@@ -89,7 +89,7 @@ fn sum(values: &[Vector3<f64>; 5], weights: &[f64; 5]) -> Vector3<f64> {
     values.iter().zip(weights).map(|(value, weight)| value * *weight).sum()
 }
 
-/// What a parabola leaves of five vectors, as noise of one of them: two of five are free.
+/// Returns the residual of a parabola through five vectors, as noise of one of them: two of five are free.
 fn left(values: &[Vector3<f64>; 5]) -> f64 {
     let (value, rate, bend) = (sum(values, &VALUE), sum(values, &RATE), sum(values, &BEND));
     let rest = |j: usize| {

@@ -60,7 +60,7 @@ fn rows_without_a_number_are_gaps_and_are_reported() {
     });
     let diagnosis = bench.diagnose();
     assert!(
-        diagnosis.findings.iter().any(|finding| finding.what.contains("lack a number")),
+        diagnosis.findings.iter().any(|finding| finding.what.contains("have missing numbers")),
         "{:?}",
         diagnosis.findings
     );

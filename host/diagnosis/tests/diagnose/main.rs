@@ -35,8 +35,11 @@ fn reference_delay_is_named_in_the_controller_only() {
 fn nuisance_beyond_its_prior_is_reported_without_an_effect() {
     let diagnosis = Bench::drive_in(NoiseColour::White, &[], 116_924_626).diagnose();
     assert_eq!(diagnosis.answer, DiagnosisVerdict::NoEffect);
-    let strained = &drive(&diagnosis).strained;
-    assert!(matches!(&strained[..], [(name, z)] if name == "clock_offset" && (3.5..4.5).contains(z)), "{strained:?}");
+    let nuisances_beyond_prior = &drive(&diagnosis).nuisances_beyond_prior;
+    assert!(
+        matches!(&nuisances_beyond_prior[..], [(name, z)] if name == "clock_offset" && (3.5..4.5).contains(z)),
+        "{nuisances_beyond_prior:?}"
+    );
 }
 
 #[test]
@@ -242,7 +245,7 @@ fn two_effects_are_named_together() {
         let mut hidden = effects.map(|(id, _)| id);
         hidden.sort_unstable();
         assert_eq!((diagnosis.answer, &found[..]), (DiagnosisVerdict::Named, &hidden[..]));
-        assert!(drive(&diagnosis).strained.is_empty(), "{:?}", drive(&diagnosis).strained);
+        assert!(drive(&diagnosis).nuisances_beyond_prior.is_empty(), "{:?}", drive(&diagnosis).nuisances_beyond_prior);
     }
 }
 

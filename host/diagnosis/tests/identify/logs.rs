@@ -153,7 +153,7 @@ fn insufficient_recordings_are_rejected() {
     let (mut robot, folder) = (kr300(), tempfile::tempdir().expect("a folder"));
     let still = written(&folder, "still.csv", &text(&robot, 200, 0.1));
     let error = identify(&robot, &[&still], &[], &IdentificationOptions::default()).expect_err("a robot at rest");
-    assert_eq!(error.to_string(), "joint A1 moves by 0.2000 deg only");
+    assert_eq!(error.to_string(), "joint A1 moves by only 0.2000 deg");
     let moving = written(&folder, "moving.csv", &text(&robot, 200, 20.0));
     let mut options = IdentificationOptions::default();
     options.preparation.period = Some(0.333);

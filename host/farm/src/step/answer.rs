@@ -1,4 +1,4 @@
-//! What stepping has found, as JSON: SI units, names with their unit.
+//! JSON of the stepping results: SI units, names with their unit.
 
 use super::text::cause_words;
 use super::{Draws, LOOPS, LoopDraws, Nominal, RANGES, REPORTED, Reported, Stepped, SteppedFacility};

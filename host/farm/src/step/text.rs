@@ -1,4 +1,4 @@
-//! What stepping has found, as text for the terminal.
+//! Text of the stepping results for the terminal.
 
 use super::wall_time::WallTime;
 use super::{Draws, LOOPS, Nominal, REPORTED, Reported, Stepped, SteppedFacility};

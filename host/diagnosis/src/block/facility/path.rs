@@ -53,8 +53,8 @@ pub(super) fn measured_rows(plant: &Plant, log: &DriveLog) -> Vec<Parts<f64>> {
     (0..path.len()).map(row).collect()
 }
 
-/// Cycles to either side over which a parabola follows poses, a cycle \[s\] apart, as closely as their noise lets it be
-/// seen: what is longer loses motion, what is shorter leaves noise.
+/// Returns the half-width in cycles of the parabola that follows poses as closely as their noise permits: a longer one
+/// loses motion, a shorter one keeps noise.
 fn reach(held: &[Parts<f64>], cycle: f64) -> usize {
     let noisy = coordinates(held).into_iter().map(|series| (noise(&series), series)).filter(|(noise, _)| *noise > 0.0);
     let channels: Vec<(f64, Vec<f64>)> = noisy.collect();

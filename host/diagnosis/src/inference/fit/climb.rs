@@ -46,7 +46,8 @@ pub(super) struct Climb {
 }
 
 impl Climb {
-    /// From a start that leaves such a residual, by difference quotients over such a share of a standard deviation.
+    /// Builds the fit from a start with its residual; `quotient` is the step of difference quotients, as a share of a
+    /// standard deviation.
     pub(super) fn begun(start: Start, residual: DVector<f64>, quotient: f64) -> Self {
         let Start { hypothesis, unknowns, z, slopes } = start;
         let size = z.len();
