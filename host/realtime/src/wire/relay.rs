@@ -1,4 +1,4 @@
-//! A relay that does to datagrams what networks do, when it is told to: loss, delay, exchange, repetition, damage.
+//! A relay that injects network faults into a stream of datagrams: loss, delay, reordering, duplication, corruption.
 
 use crate::time::Nanos;
 
@@ -13,7 +13,7 @@ pub enum Endpoint {
     Sensor,
 }
 
-/// Which way a datagram goes.
+/// Direction of a datagram.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Way {
     /// From the facility to us.
@@ -22,24 +22,24 @@ pub enum Way {
     Answer,
 }
 
-/// What happens to a datagram.
+/// Fault of a datagram.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Fault {
-    /// It never comes.
+    /// Loss.
     Lose,
-    /// It comes later.
+    /// Delay.
     Delay(Nanos),
-    /// It comes twice, the second time later.
+    /// Duplication, the copy delayed.
     Duplicate(Nanos),
-    /// It waits for the next one and comes after it.
+    /// Reordering: sent after the next one.
     Exchange,
-    /// Some of its bits change.
+    /// Corruption of some bits.
     Corrupt,
-    /// It seems to come from somebody else.
+    /// Forged sender.
     Impostor,
 }
 
-/// A fault on a link for a time; from the first on, of every so many datagrams one.
+/// A fault of a link for a time; applies to every n-th datagram.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RelayRule {
     /// The link.
@@ -50,20 +50,20 @@ pub struct RelayRule {
     pub from: Nanos,
     /// End.
     pub until: Nanos,
-    /// One in so many, at least 1.
+    /// Period n, at least 1.
     pub every: u32,
-    /// What happens.
+    /// Fault.
     pub fault: Fault,
 }
 
-/// A datagram on its way.
+/// A datagram in transit.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Passing {
-    /// How long it takes.
+    /// Transit time.
     pub delay: Nanos,
     /// Its content.
     pub bytes: Vec<u8>,
-    /// It seems to come from somebody else.
+    /// Whether its sender is forged.
     pub impostor: bool,
 }
 
@@ -76,17 +76,17 @@ pub struct Relay {
 }
 
 impl Relay {
-    /// A relay with faults to come.
+    /// Creates a relay with scheduled faults.
     pub fn new(rules: impl IntoIterator<Item = RelayRule>) -> Self {
         Self { rules: rules.into_iter().map(|rule| (rule, 0)).collect(), waiting: Vec::new(), dice: 1 }
     }
 
-    /// One more fault.
+    /// Adds a fault.
     pub fn add(&mut self, rule: RelayRule) {
         self.rules.push((rule, 0));
     }
 
-    /// What becomes of a datagram: none, one or two on their way.
+    /// Returns the datagrams that follow from one: none, one or two.
     pub fn pass(&mut self, now: Nanos, endpoint: Endpoint, way: Way, datagram: &[u8]) -> Vec<Passing> {
         let plain = |bytes: Vec<u8>| Passing { delay: Nanos(0), bytes, impostor: false };
         let fault = self.due(now, endpoint, way);
@@ -110,7 +110,7 @@ impl Relay {
         out
     }
 
-    /// The fault that is due on a link now.
+    /// Returns the fault that applies to a link now.
     fn due(&mut self, now: Nanos, endpoint: Endpoint, way: Way) -> Option<Fault> {
         let mut due = None;
         for (rule, count) in &mut self.rules {
@@ -124,7 +124,7 @@ impl Relay {
         due
     }
 
-    /// A datagram with a few wrong bits; the same ones for the same relay.
+    /// Corrupts bits of a datagram; deterministic for a relay.
     fn damaged(&mut self, datagram: &[u8]) -> Vec<u8> {
         let mut bytes = datagram.to_vec();
         for _ in 0..3 {

@@ -7,7 +7,7 @@ use std::io;
 use std::net::{SocketAddr, UdpSocket};
 use std::os::fd::{AsRawFd, RawFd};
 
-/// A bound UDP socket that never blocks but where told until when.
+/// A bound UDP socket that blocks only until a given deadline.
 pub struct UdpPort {
     socket: UdpSocket,
     arrived: Nanos,
@@ -17,7 +17,7 @@ impl UdpPort {
     /// Binds a local address.
     ///
     /// # Errors
-    /// If the address is taken or not of this machine.
+    /// If the address is taken or does not belong to this machine.
     pub fn bind(address: SocketAddr) -> io::Result<Self> {
         let socket = UdpSocket::bind(address)?;
         socket.set_nonblocking(true)?;
@@ -25,16 +25,16 @@ impl UdpPort {
         Ok(Self { socket, arrived })
     }
 
-    /// The address that it is bound to.
+    /// Returns the bound address.
     ///
     /// # Errors
-    /// If the operating system does not tell.
+    /// If the operating system reports none.
     pub fn local_address(&self) -> io::Result<SocketAddr> {
         self.socket.local_addr()
     }
 }
 
-/// Waits until a datagram has come for one of these ports or the deadline is over; whether one has come.
+/// Waits for a datagram on one of these ports, or the deadline; returns whether one has arrived.
 ///
 /// # Errors
 /// If the network interface fails.
@@ -42,7 +42,7 @@ pub fn wait_for_any<const N: usize>(ports: &[UdpPort; N], deadline: Nanos) -> io
     wait(ports.each_ref().map(|port| port.socket.as_raw_fd()), deadline)
 }
 
-/// The same for sockets; a signal ends the wait.
+/// Waits for sockets in the same way; a signal ends the wait.
 fn wait<const N: usize>(sockets: [RawFd; N], deadline: Nanos) -> io::Result<bool> {
     let left = deadline - Monotonic.now();
     if left.0 <= 0 {
@@ -50,7 +50,7 @@ fn wait<const N: usize>(sockets: [RawFd; N], deadline: Nanos) -> io::Result<bool
     }
     let timeout = libc::timespec { tv_sec: left.0 / 1_000_000_000, tv_nsec: left.0 % 1_000_000_000 };
     let mut polls = sockets.map(|fd| libc::pollfd { fd, events: libc::POLLIN, revents: 0 });
-    // SAFETY: N pollfds and one timespec of ours, all alive over the call; no signal mask.
+    // SAFETY: N pollfds and one timespec, all local and alive over the call; no signal mask.
     match unsafe { libc::ppoll(polls.as_mut_ptr(), N as libc::nfds_t, &raw const timeout, std::ptr::null()) } {
         0 => Ok(false),
         -1 => match io::Error::last_os_error() {
@@ -61,7 +61,7 @@ fn wait<const N: usize>(sockets: [RawFd; N], deadline: Nanos) -> io::Result<bool
     }
 }
 
-/// When the datagram taken last arrived.
+/// Returns the arrival of the last received datagram.
 fn arrival(socket: &UdpSocket) -> Nanos {
     super::arrival::of_last_datagram(socket.as_raw_fd(), Monotonic.now())
 }
@@ -83,7 +83,7 @@ impl Port for UdpPort {
                         return Ok(None);
                     }
                 }
-                // The other side was not there when we last sent: it may come.
+                // The other side was unreachable at our last sending; it may start later.
                 Err(error) if error.kind() == io::ErrorKind::ConnectionRefused => {}
                 Err(error) => return Err(error),
             }
