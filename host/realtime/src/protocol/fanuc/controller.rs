@@ -1,4 +1,4 @@
-//! The emulated FANUC controller: Stream Motion as a strict one speaks it.
+//! The emulated FANUC controller: a strict implementation of Stream Motion.
 
 use super::packets::{BASE_VERSION, Capability, FanucReply, FanucRequest, FanucStatus, WIRE_AXES};
 use crate::protocol::link::progress;
@@ -9,14 +9,14 @@ use std::net::SocketAddr;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
-/// Largest step of a target from one command to the next \[rad\]: 5 deg, where a CRX trips.
+/// Greatest step of a target from one command to the next \[rad\]: 5 deg, at which a CRX trips.
 const MAX_STEP: f64 = 5.0 * std::f64::consts::PI / 180.0;
-/// A client that commands nothing and says nothing for so long may be replaced by another one.
+/// Time without commands and requests after which another client may replace the present one.
 const FORGOTTEN: Nanos = Nanos::from_millis(1000);
 /// Cycles without a command after which it stops following.
 const MAX_SILENT: u32 = 3;
 
-/// What the Remote Motion Interface and the operator's panel of an emulated controller have in common with it.
+/// State shared by the Remote Motion Interface, the operator's panel and the emulated controller.
 #[derive(Debug, Default)]
 pub struct Remote {
     program: AtomicBool,
@@ -41,7 +41,7 @@ impl Remote {
         self.resets.fetch_add(1, Ordering::AcqRel);
     }
 
-    /// Presses the emergency stop or releases it.
+    /// Presses or releases the emergency stop.
     pub fn press_emergency_stop(&self, pressed: bool) {
         self.emergency_stop.store(pressed, Ordering::Release);
     }
@@ -51,12 +51,12 @@ impl Remote {
         self.teach_pendant.store(on, Ordering::Release);
     }
 
-    /// The emergency stop is pressed.
+    /// Whether the emergency stop is pressed.
     pub fn is_stopped(&self) -> bool {
         self.emergency_stop.load(Ordering::Acquire)
     }
 
-    /// The teach pendant is on.
+    /// Whether the teach pendant is on.
     pub fn is_taught(&self) -> bool {
         self.teach_pendant.load(Ordering::Acquire)
     }
@@ -67,28 +67,29 @@ pub struct FanucController {
     cycle: Nanos,
     version: u32,
     client: Option<SocketAddr>,
-    /// When that client was last heard.
+    /// Time of that client's last datagram.
     heard: Nanos,
     sequence: u32,
-    /// The version agreed upon, while it streams.
+    /// Negotiated version, while it streams.
     streaming: Option<u32>,
-    /// The program that follows the stream runs.
+    /// Whether the program that follows the stream runs.
     program: bool,
-    /// Who starts and ends that program and clears faults, and the resets that were seen.
+    /// Interface that starts and ends that program and clears faults, and the processed resets.
     remote: Option<(Arc<Remote>, u32)>,
-    /// The client has sent its last command.
+    /// Whether the client has sent its last command.
     ended: bool,
     commanded: Option<u32>,
-    /// What it is asked to follow.
+    /// Target.
     asked: Option<[f64; AXES]>,
-    /// Where it stands and moves to; from its first report on.
+    /// Position and interpolation; from its first report on.
     line: Option<Line>,
     silent: u32,
     fault: Option<&'static str>,
 }
 
 impl FanucController {
-    /// A controller with this period, that speaks Stream Motion up to `version` (3 or 4; the latter reports forces).
+    /// Creates a controller with this period, which supports Stream Motion up to `version` (3 or 4; the latter reports
+    /// forces).
     pub fn new(cycle: Nanos, version: u32) -> Self {
         Self {
             cycle,
@@ -108,24 +109,24 @@ impl FanucController {
         }
     }
 
-    /// Whether the program that follows the stream runs (`STREAM_MOTN`); it does from the start.
+    /// Whether the program that follows the stream runs (`STREAM_MOTN`); initially it does.
     pub fn run_program(&mut self, runs: bool) {
         self.program = runs;
     }
 
-    /// Where its interpolator is; `None` before its first report.
+    /// Returns the interpolator's position; `None` before its first report.
     pub fn line_at(&self, now: Nanos) -> Option<[f64; AXES]> {
         self.line.map(|line| line.at(now, self.cycle))
     }
 
-    /// Leaves program and faults to an interface.
+    /// Gives an interface control of program and faults.
     pub fn obey(&mut self, remote: Arc<Remote>) {
         self.program = remote.runs_program();
         let resets = remote.resets.load(Ordering::Acquire);
         self.remote = Some((remote, resets));
     }
 
-    /// Does what its interface has been asked for since the last cycle.
+    /// Applies the interface's requests since the last cycle.
     fn look_at_remote(&mut self) {
         let Some((remote, seen)) = &mut self.remote else { return };
         self.program = remote.runs_program();
@@ -141,21 +142,21 @@ impl FanucController {
         free || self.client.is_none_or(|client| client == from)
     }
 
-    /// Bits of the robot's status: 0 fault, 1 teach pendant, 2 emergency stop.
+    /// Returns the robot status bits: 0 fault, 1 teach pendant, 2 emergency stop.
     fn robot_status(&self) -> u8 {
         let (taught, stopped) =
             self.remote.as_ref().map_or((false, false), |(remote, _)| (remote.is_taught(), remote.is_stopped()));
         u8::from(self.fault.is_some() || stopped) | u8::from(taught) << 1 | u8::from(stopped) << 2
     }
 
-    /// It waits for commands and follows them.
+    /// Whether it is ready for commands and follows them.
     fn follows(&self) -> bool {
         self.program && !self.ended && self.fault.is_none()
     }
 
     fn start(&mut self, version: u32) {
         if version != self.version {
-            self.fault = Some("Stream Motion was started in a version that was not agreed upon");
+            self.fault = Some("Stream Motion was started in a version that was not negotiated");
         }
         self.streaming = Some(version);
         (self.sequence, self.commanded, self.asked, self.silent, self.ended) = (0, None, None, 0, false);
@@ -213,7 +214,7 @@ impl EmulatedController for FanucController {
                 Some(version) if version == command.version => {
                     self.command(command.sequence, &command.joints, command.last);
                 }
-                Some(_) => self.fault = Some("a command of a version that was not agreed upon"),
+                Some(_) => self.fault = Some("a command of a version that was not negotiated"),
                 None => {}
             },
             _ => {}
@@ -234,7 +235,7 @@ impl EmulatedController for FanucController {
         };
         self.silent += u32::from(self.asked.is_some() && self.follows());
         if self.silent > MAX_SILENT {
-            self.fault = Some("commands have ceased");
+            self.fault = Some("no more commands");
         }
         self.sequence = self.sequence.wrapping_add(1);
         let status = report(version, self.sequence, self.follows(), self.robot_status(), now, state);
@@ -256,7 +257,7 @@ impl EmulatedController for FanucController {
     }
 }
 
-/// The status of a cycle.
+/// Creates the status of a cycle.
 fn report(version: u32, sequence: u32, waits: bool, robot_status: u8, now: Nanos, state: &RobotState) -> FanucStatus {
     let mut joints = [0.0; WIRE_AXES];
     for (angle, radians) in joints.iter_mut().zip(&state.position[..RAIL]) {
