@@ -1,4 +1,4 @@
-//! Every check of the start-up by itself: one value beyond its limit fails that check, and no other.
+//! Every start-up check alone: one value beyond its limit fails that check, and no other.
 
 use crate::fixture::{CYCLE, Setting};
 use softdock_kernels::space::Parts;
@@ -13,7 +13,7 @@ use softdock_realtime::sensing::Sensing;
 use softdock_realtime::signals::{AXES, Capabilities};
 use softdock_realtime::time::Nanos;
 
-/// What a case changes: the setting, the start of the run, and the record of a cycle.
+/// Changes of a case: the setting, the start of the run, and the record of a cycle.
 #[derive(Clone)]
 struct Case {
     what: CheckKind,
@@ -22,7 +22,7 @@ struct Case {
     start: fn(&mut Parts<f64>),
     to_start: bool,
     record: fn(&mut CycleRecord, u64),
-    /// Links that cannot go on.
+    /// Failed links.
     broken: [bool; 3],
 }
 
@@ -32,7 +32,7 @@ impl Case {
     }
 }
 
-/// The list that a start-up ends with, in at most 2,600 cycles of two robots at rest at the start.
+/// Returns the final list of a start-up, in at most 2,600 cycles of two robots at rest at the start.
 fn list(case: &Case) -> Checklist {
     let mut setting = Setting::docking();
     (case.setting)(&mut setting);
@@ -79,7 +79,7 @@ fn list(case: &Case) -> Checklist {
     panic!("{:?}: no answer", case.what)
 }
 
-/// The way to the start leads part A 0.3 m further, through part B.
+/// Makes the path to the start lead part A 0.3 m further, through part B.
 fn overlapping(parts: &mut Parts<f64>) {
     let towards = parts.b.position - parts.a.position;
     parts.a.position = parts.a.position + towards * (0.3 / towards.norm());
@@ -97,7 +97,7 @@ fn cases() -> Vec<Case> {
             let by = if n > 60 { 2e-3 } else { 0.0 };
             (r.robot_2.asked[4], r.robot_2.position[4]) = (r.robot_2.asked[4] + by, r.robot_2.position[4] + by);
         }),
-        // Half of its reports do not come, and it does not count them as lost: it sends at another rate.
+        // Half of its reports are missing, and it does not count them as lost: it sends at another rate.
         new(CheckKind::Period, Some(0), |r, n| {
             r.robot_1.received = Nanos(r.robot_1.received.0 / 10 * 11);
             r.robot_1.stamp = r.robot_1.received;
@@ -163,19 +163,19 @@ fn cases() -> Vec<Case> {
 }
 
 #[test]
-fn each_check_fails_for_its_own_value_alone() {
+fn each_check_fails_only_for_its_own_value() {
     for case in cases() {
         let list = list(&case);
         let failed: Vec<&Check> = list.checks().iter().filter(|check| check.answer() == CheckOutcome::Failed).collect();
         let of: Vec<(CheckKind, Option<usize>)> = failed.iter().map(|check| (check.what, check.robot)).collect();
         assert!(of.contains(&(case.what, case.robot)), "{:?}: {of:?}", case.what);
         assert_eq!(list.failed().map(|check| check.what), Some(case.what), "the first that fails: {of:?}");
-        // A robot that is not there, or a quarter of a circle away, has no other values.
+        // A missing robot, or one a quarter of a circle away, has no other values.
         assert!(of.iter().all(|(what, _)| *what == case.what || may_fail_too(case.what, *what)), "{of:?}");
     }
 }
 
-/// Values that cannot be good when another one is not.
+/// Checks that also fail when another one does.
 fn may_fail_too(what: CheckKind, other: CheckKind) -> bool {
     matches!(
         (what, other),
@@ -188,7 +188,7 @@ fn may_fail_too(what: CheckKind, other: CheckKind) -> bool {
 #[test]
 fn every_check_has_a_case() {
     let cases = cases();
-    // The second attitude is measured by a session that moves: `a_tool_is_weighed_in_two_attitudes_before_an_armed_run`.
+    // A moving session measures the second attitude: `tool_is_weighed_in_two_attitudes_before_an_armed_run`.
     let elsewhere = [CheckKind::TurnedForce, CheckKind::TurnedMoment];
     for what in CheckKind::ALL {
         assert!(elsewhere.contains(what) || cases.iter().any(|case| case.what == *what), "{}", what.row().id);

@@ -175,7 +175,7 @@ fn write_until_killed() {
 }
 
 #[test]
-fn a_killed_process_leaves_all_but_its_last_second() {
+fn killed_process_loses_at_most_its_last_second() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("killed.mcap");
     let test = "log::writer::tests::write_until_killed";
