@@ -33,7 +33,7 @@ fn abb_robot_egm_moves_our_robot() {
     assert_near(&numbers(&told["position"]), &[1000.0, 250.0, 1500.0], 1e-9);
     assert_near(&numbers(&told["force"]), &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0], 0.0);
     assert_near(&numbers(&told["torque"]), &[10.0; 6], 0.0);
-    // The last report was two cycles behind the last target; the robot has come there since.
+    // The last report is two cycles behind the last target; the robot has arrived there since.
     let target = numbers(&told["target"]);
     assert_near(&numbers(&told["joints"]), &target, 0.2);
     let joints: Vec<_> = end.position[..RAIL].iter().map(|angle| angle.to_degrees()).collect();

@@ -13,7 +13,7 @@ use std::f64::consts::TAU;
 use std::time::Duration;
 
 const CYCLE: Nanos = Nanos::from_millis(8);
-/// Where the fake controller starts \[deg\].
+/// Start of the fake controller \[deg\].
 const START: [f64; RAIL] = [5.0, -30.0, 20.0, 0.0, -40.0, 10.0];
 /// Amplitude of the motion \[deg\] and its period \[s\].
 const SWING: f64 = 8.0;
@@ -28,7 +28,7 @@ fn next(robot: &mut ArmedFanuc<UdpPort>) -> RobotState {
     panic!("no status within five seconds");
 }
 
-/// A swing that begins and ends at rest.
+/// A swing from rest to rest.
 fn target(start: &[f64; AXES], time: f64) -> [f64; AXES] {
     let swing = 0.5 * SWING.to_radians() * (1.0 - (TAU * time / PERIOD).cos());
     std::array::from_fn(|axis| if axis < RAIL { start[axis] + swing } else { 0.0 })
@@ -74,7 +74,7 @@ fn drive(version: &str, periods: f64) {
     assert_eq!(result["violations"].as_array().map(Vec::len), Some(0), "{result}");
     assert_eq!(result["alarms"].as_array().map(Vec::len), Some(0), "{result}");
     assert!(result["error"].is_null(), "{result}");
-    // It lags by 125 ms, 0.9 deg at the fastest, and is back where it began.
+    // The lag is 125 ms, 0.9 deg at the greatest speed; the motion ends at its start.
     assert_near(&numbers(&result["joints"])[..RAIL], &START, 0.05);
     assert!(worst.to_degrees() < 1.5);
     assert_eq!((counters.malformed, counters.foreign), (0, 0));
@@ -88,11 +88,11 @@ fn our_driver_moves_the_strict_controller_without_a_violation() {
 
 #[test]
 #[ignore = "needs airo-fanuc: SOFTDOCK_PEER_PYTHON"]
-fn our_driver_speaks_the_older_version_too() {
+fn our_driver_supports_the_older_version() {
     drive("3", 1.0);
 }
 
-/// Arms against a fake controller in trouble; what it says then, and the controller's end.
+/// Arms against a fake controller with a fault; returns the error, and the controller's result.
 fn refused_by(trouble: &str) -> String {
     let mut controller = PythonPeer::start("fanuc_controller.py", &["4", trouble]);
     let ports = controller.told();
@@ -108,14 +108,14 @@ fn refused_by(trouble: &str) -> String {
 
 #[test]
 #[ignore = "needs airo-fanuc: SOFTDOCK_PEER_PYTHON"]
-fn the_strict_controllers_refusals_have_its_own_words() {
+fn refusals_quote_the_strict_controller() {
     let _alone = alone();
     let said = refused_by("estop");
     assert!(said.contains("its servos are off: SRVO-001 Operator panel E-stop"), "{said}");
     assert!(refused_by("teach").contains("teach pendant is on"));
     let said = refused_by("state");
     assert!(said.contains("refuses FRC_Initialize with error 2556943: Invalid Controller State"), "{said}");
-    assert!(refused_by("program").contains("does not wait for commands"));
+    assert!(refused_by("program").contains("is not ready for commands"));
 }
 
 #[test]

@@ -16,7 +16,7 @@ use std::time::Duration;
 
 const POUND: f64 = 4.448_221_615_260_5;
 
-/// The next sample of a driver.
+/// Returns the next sample of a driver.
 fn wait_for_sample(driver: &mut NetFt<UdpPort>) -> ForceSample {
     for _ in 0..2000 {
         if let Some(sample) = driver.latest().unwrap() {
@@ -52,7 +52,7 @@ fn our_driver_reads_pynetfts_fake_sensor() {
     assert!(sample.saturated && !sample.invalid);
     let counters = driver.counters();
     assert_eq!((counters.lost, counters.malformed, counters.foreign), (2, 1, 0));
-    // It falls silent: the driver asks again, and the second stream begins.
+    // The stream ends: the driver requests it again, and the second stream begins.
     let sample = wait_for_sample(&mut driver);
     assert_near(&[sample.wrench.force.x], &[7.0 * POUND], 1e-9);
     drop(driver);
@@ -93,7 +93,7 @@ fn pynetft_reads_our_box() {
 #[ignore = "needs NetFT: SOFTDOCK_PEER_PYTHON"]
 fn netft_reads_our_box() {
     let _alone = alone();
-    // The port is fixed in the client: another address of this host keeps clear of whoever else has it.
+    // The client has a fixed port: another address of this host avoids conflicts.
     let address = SocketAddr::from(([127, 0, 0, 2], RDT_PORT));
     let port = UdpPort::bind(address).unwrap();
     let sensor = NetBox::new(NetFtCalibration::new(1e6, 1e6).unwrap(), Nanos::from_micros(143));
