@@ -60,10 +60,10 @@ impl Histogram {
     /// Returns the quantile of a share (0 to 1), too long by one bucket at most; 0 without values.
     pub fn quantile(&self, share: f64) -> Nanos {
         let wanted = (share * self.total as f64).ceil().max(1.0) as u64;
-        let mut seen = 0;
+        let mut below = 0;
         for (bucket, count) in self.counts.iter().enumerate() {
-            seen += count;
-            if seen >= wanted {
+            below += count;
+            if below >= wanted {
                 return upper_end(bucket).min(self.max);
             }
         }

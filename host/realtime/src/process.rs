@@ -223,15 +223,16 @@ mod tests {
             (wanted.apply().expect("not strict"), Realtime { strict: true, ..wanted }.apply())
         });
         let text: Vec<String> = warnings.iter().map(ToString::to_string).collect();
-        let told = |remedy: &str| assert!(text.iter().any(|text| text.contains(remedy)), "{remedy}: {text:?}");
-        told("core 1000");
+        let assert_reported =
+            |remedy: &str| assert!(text.iter().any(|text| text.contains(remedy)), "{remedy}: {text:?}");
+        assert_reported("core 1000");
         // Limits may grant an ordinary user the same as the capabilities.
         if warnings.iter().any(|warning| matches!(warning, Warning::Priority(..))) {
-            told("rtprio 80");
-            told("cap_sys_nice");
+            assert_reported("rtprio 80");
+            assert_reported("cap_sys_nice");
         }
         if warnings.iter().any(|warning| matches!(warning, Warning::Memory(_))) {
-            told("ulimit -l");
+            assert_reported("ulimit -l");
         }
         assert!(strict.is_err_and(|first| first.refused()));
     }

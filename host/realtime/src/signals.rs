@@ -49,7 +49,7 @@ pub struct RobotState {
     /// Measured axes: joints \[rad\], rail \[m\].
     pub position: [f64; AXES],
     /// Set-points, if reported: joints \[rad\], rail \[m\].
-    pub asked: Option<[f64; AXES]>,
+    pub reported_set_point: Option<[f64; AXES]>,
     /// Torques of the joints \[N m\] and force of the rail \[N\], if reported.
     pub torque: Option<[f64; AXES]>,
     /// Pose of its tool in its base, if reported \[m\].
@@ -74,7 +74,7 @@ pub enum Order {
 impl RobotState {
     /// Returns the set-point, or the measured axes if none is reported: joints \[rad\], rail \[m\].
     pub fn set_point(&self) -> [f64; AXES] {
-        self.asked.unwrap_or(self.position)
+        self.reported_set_point.unwrap_or(self.position)
     }
 }
 
@@ -130,7 +130,7 @@ impl Peak {
     }
 
     /// Reads with this newest sample; returns the farthest one.
-    pub(crate) fn look(&mut self, newest: Wrench<f64>) -> Wrench<f64> {
+    pub(crate) fn read(&mut self, newest: Wrench<f64>) -> Wrench<f64> {
         self.looked = Some(newest);
         self.farthest.take().unwrap_or(newest)
     }

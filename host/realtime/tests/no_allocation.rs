@@ -24,7 +24,7 @@ fn passing_a_record_allocates_nothing() {
     for cycle in 0..20_000 {
         assert_no_alloc(|| {
             let mut record = CycleRecord { cycle, ..CycleRecord::BLANK };
-            record.robot_1.tell(None);
+            record.robot_1.set_command(None);
             record.robot_1.take(None, Nanos(0));
             if cycle > 19_000 {
                 record.cause = StopCause::Operator;

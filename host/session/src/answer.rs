@@ -279,7 +279,7 @@ impl EndedSession {
             return Some(format!("{}: {sentence}; the value was {value}", row.id));
         }
         let (time, alarm) = self.stopped?;
-        let found = alarm.found?;
+        let found = alarm.violation?;
         let axis = found.axis.map_or_else(String::new, |axis| format!(", {}", axis_name(axis)));
         let robot = found.robot.map_or_else(String::new, |robot| format!("robot {}{axis}: ", robot + 1));
         let [value, limit] = [found.value, found.limit].map(|value| with_unit(value, found.unit));
@@ -290,7 +290,7 @@ impl EndedSession {
 impl StopReason {
     /// Returns the reason of a stop at a time since the start.
     pub fn new(time: Nanos, alarm: Alarm) -> Self {
-        let found = alarm.found;
+        let found = alarm.violation;
         Self {
             cause: alarm.cause.word(),
             time_s: time.seconds(),
@@ -306,7 +306,7 @@ impl StopReason {
 impl CheckAnswer {
     /// Returns a check with its outcome.
     pub fn new(check: &Check) -> Self {
-        let row = check.what.row();
+        let row = check.kind.row();
         Self {
             id: row.id,
             subject: check.subject(),

@@ -251,7 +251,7 @@ fn micros(times: Percentiles) -> Value {
 }
 
 fn check(check: &Check) -> Value {
-    let (row, answer) = (check.what.row(), check.answer());
+    let (row, answer) = (check.kind.row(), check.answer());
     json!({
         "id": row.id, "subject": check.subject(), "title": row.title, "answer": answer.word(),
         "value": check.value_text(), "limit": check.limit_text(),
@@ -290,6 +290,6 @@ fn state(view: &View) -> Value {
         "robots": [robot(0), robot(1)],
         "checks": notice.checklist.checks().iter().map(check).collect::<Vec<_>>(),
         "refusal": notice.refusal.map(|refusal| refusal.to_string()),
-        "stop": notice.stopped.map(|(time, alarm)| StopReason::new(time, alarm)), "retracted_mm": notice.retracted.map(|way| way * 1e3),
+        "stop": notice.stopped.map(|(time, alarm)| StopReason::new(time, alarm)), "retracted_mm": notice.retracted.map(|distance| distance * 1e3),
     })
 }

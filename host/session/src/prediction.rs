@@ -15,7 +15,7 @@ use softdock_realtime::drive::prediction::{PredictedRun, expect};
 use softdock_realtime::log::codes::StopCause;
 
 /// Metrics that a facility does not measure, or that are undefined for a single run.
-const UNSEEN: [&str; 9] = [
+const UNMEASURED: [&str; 9] = [
     "end_time",
     "peak_depth",
     "linear_momentum_error",
@@ -91,11 +91,12 @@ impl SessionPlan {
             .collect::<std::result::Result<_, _>>()?;
         let columns: Vec<Vec<f64>> = all.iter().map(|(metrics, _)| to_vec(metrics)).collect();
         let lines = fields::<f64, Metrics<f64>>().into_iter().zip(to_vec(metrics)).enumerate();
-        let seen = |name: &str| !(UNSEEN.contains(&name) || name.starts_with("peak_") && name.ends_with("_time"));
-        let lines = lines.filter(|(_, (field, _))| seen(&field.name)).map(|(i, (field, value))| {
-            let mut seen: Vec<f64> = columns.iter().map(|row| row[i]).collect();
-            seen.sort_by(f64::total_cmp);
-            let at = |share: f64| seen[((seen.len() - 1) as f64 * share).round() as usize];
+        let is_measured =
+            |name: &str| !(UNMEASURED.contains(&name) || name.starts_with("peak_") && name.ends_with("_time"));
+        let lines = lines.filter(|(_, (field, _))| is_measured(&field.name)).map(|(i, (field, value))| {
+            let mut sorted: Vec<f64> = columns.iter().map(|row| row[i]).collect();
+            sorted.sort_by(f64::total_cmp);
+            let at = |share: f64| sorted[((sorted.len() - 1) as f64 * share).round() as usize];
             let (lo, hi) = (at(0.025), at(0.975));
             MetricBand { name: field.name, unit: field.unit, value, lo, hi, inside: (lo..=hi).contains(&value) }
         });

@@ -63,7 +63,7 @@ impl LateAxes {
     }
 
     /// Sets all axes to rest at these positions.
-    pub(super) fn stand(&mut self, position: [f64; AXES]) {
+    pub(super) fn set_axes(&mut self, position: [f64; AXES]) {
         self.targets.iter_mut().for_each(|target| *target = position);
         (self.position, self.rate) = (position, [0.0; AXES]);
     }
@@ -82,18 +82,18 @@ impl LateAxes {
             }
             for substep in 1..=self.substeps {
                 let share = f64::from(substep) / f64::from(self.substeps);
-                let told = before[axis] + share * (now[axis] - before[axis]);
-                self.substep(axis, told, speed, dt);
+                let target = before[axis] + share * (now[axis] - before[axis]);
+                self.substep(axis, target, speed, dt);
             }
         }
     }
 
     /// Steps one axis by a substep, semi-implicit.
-    fn substep(&mut self, axis: usize, told: f64, speed: f64, dt: f64) {
+    fn substep(&mut self, axis: usize, target: f64, speed: f64, dt: f64) {
         let Response { lag, damping, zero } = self.response;
         let w = 1.0 / lag;
-        let pull = w * w * (told - self.position[axis] + zero * speed) - 2.0 * damping * w * self.rate[axis];
-        self.rate[axis] += pull * dt;
+        let acceleration = w * w * (target - self.position[axis] + zero * speed) - 2.0 * damping * w * self.rate[axis];
+        self.rate[axis] += acceleration * dt;
         self.position[axis] += self.rate[axis] * dt;
     }
 

@@ -51,7 +51,7 @@ pub struct EmulatedFacility {
     renewal: Option<Renewal>,
     /// Set-points of both robots at the begin of each of their cycles, if recorded.
     set_points: Option<[Vec<SetPoint>; 2]>,
-    kept_in_motion: [bool; 2],
+    begins_in_motion: [bool; 2],
 }
 
 /// Renewal of ended sessions.
@@ -108,7 +108,7 @@ impl EmulatedFacility {
             knock: 0.0,
             renewal: None,
             set_points: None,
-            kept_in_motion: [false; 2],
+            begins_in_motion: [false; 2],
         }
     }
 
@@ -176,7 +176,7 @@ impl EmulatedFacility {
             stamp: at,
             received: at,
             position: reading.position,
-            asked: None,
+            reported_set_point: None,
             torque: reading.torque,
             pose: Some(reading.pose),
             late_answers: 0,
@@ -191,11 +191,11 @@ impl EmulatedFacility {
             seen[robot].push(SetPoint { at, axes, late_answers });
         }
         self.due[1 + robot] = at + controller.cycle();
-        self.look_after_session(robot, at);
+        self.update_session(robot, at);
     }
 
     /// Releases the parts once all clients are gone, then offers new sessions.
-    fn look_after_session(&mut self, robot: usize, at: Nanos) {
+    fn update_session(&mut self, robot: usize, at: Nanos) {
         let busy = self.controllers.iter().any(|controller| controller.has_client());
         let held = [0, 1].map(|robot: usize| self.target(robot, at));
         let Some(renewal) = &mut self.renewal else { return };
@@ -251,8 +251,8 @@ impl EmulatedFacility {
     }
 
     /// Whether the recorded set-points of robot 0 or 1 begin during a motion.
-    pub fn kept_in_motion(&self, robot: usize) -> bool {
-        self.kept_in_motion[robot]
+    pub fn begins_in_motion(&self, robot: usize) -> bool {
+        self.begins_in_motion[robot]
     }
 
     /// Records the robots' set-points from now on.
@@ -279,12 +279,12 @@ impl EmulatedFacility {
         self.due[1 + robot] += after;
         let mut axes = [0, 1].map(|robot| self.world.robot(robot).position);
         axes[robot][axis] += by;
-        self.world.stand(&axes);
+        self.world.set_axes(&axes);
         // Later datagrams belong to the new session.
         if let Some(seen) = &mut self.set_points {
             seen[robot].clear();
         }
-        self.kept_in_motion[robot] = false;
+        self.begins_in_motion[robot] = false;
     }
 
     /// Changes the cycle of the controller of robot 0 or 1.
@@ -294,7 +294,7 @@ impl EmulatedFacility {
         if let Some(seen) = &mut self.set_points {
             seen[robot].clear();
         }
-        self.kept_in_motion[robot] = true;
+        self.begins_in_motion[robot] = true;
     }
 
     /// Blocks an axis of robot 0 or 1 at its position, whatever its controller commands, or releases it.

@@ -36,7 +36,7 @@ impl InProcessRig {
         let courses = [0, 1].map(|robot| world.robot(robot).position).map(|at| Line { from: at, to: at, since: time });
         let tick = Nanos::from_seconds(world.tick_seconds());
         let (ended, sequence, mut peak) = ([false; 2], 0, Peak::default());
-        peak.look(world.reading());
+        peak.read(world.reading());
         Rc::new(RefCell::new(Self { world, clock, cycle, tick, time, courses, ended, sequence, peak }))
     }
 
@@ -108,7 +108,7 @@ impl RobotLink for EmulatedRobot {
             stamp,
             received: stamp,
             position: reading.position,
-            asked: Some(bench.courses[self.index].at(bench.time, bench.cycle)),
+            reported_set_point: Some(bench.courses[self.index].at(bench.time, bench.cycle)),
             torque: reading.torque,
             pose: Some(reading.pose),
             late_answers: 0,
@@ -161,7 +161,7 @@ impl ForceSensor for EmulatedSensor {
         self.counters.received += u64::from(bench.sequence.wrapping_sub(self.seen));
         self.seen = bench.sequence;
         let (wrench, saturated) = (bench.world.reading(), bench.world.saturated());
-        let peak = bench.peak.look(wrench);
+        let peak = bench.peak.read(wrench);
         Ok(Some(ForceSample { peak, saturated, ..ForceSample::new(bench.time, self.seen, wrench) }))
     }
 

@@ -4,7 +4,7 @@ use super::facility::EmulatedFacility;
 use crate::clock::{Clock, Virtual};
 use crate::time::Nanos;
 use crate::wire::Port;
-use crate::wire::relay::{Endpoint, Relay, Way};
+use crate::wire::relay::{Direction, Endpoint, Relay};
 use std::cell::RefCell;
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, VecDeque};
@@ -67,12 +67,13 @@ impl Network {
     }
 
     /// Sends a datagram through the relay.
-    fn launch(&mut self, endpoint: Endpoint, way: Way, datagram: &[u8]) {
+    fn launch(&mut self, endpoint: Endpoint, direction: Direction, datagram: &[u8]) {
         let now = self.clock.now();
-        for passing in self.relay.pass(now, endpoint, way, datagram) {
+        for passing in self.relay.pass(now, endpoint, direction, datagram) {
             self.sent += 1;
-            let comes = now + passing.delay;
-            let flight = (comes, self.sent, endpoint as u8, way == Way::Report, passing.impostor, passing.bytes);
+            let arrival = now + passing.delay;
+            let flight =
+                (arrival, self.sent, endpoint as u8, direction == Direction::Report, passing.impostor, passing.bytes);
             self.flights.push(Reverse(flight));
         }
     }
@@ -91,7 +92,7 @@ impl Network {
         }
         let mut out: Vec<(Endpoint, Vec<u8>)> = Vec::new();
         self.facility.run_until(next, &mut |endpoint, _, datagram| out.push((endpoint, datagram.to_vec())));
-        out.iter().for_each(|(endpoint, datagram)| self.launch(*endpoint, Way::Report, datagram));
+        out.iter().for_each(|(endpoint, datagram)| self.launch(*endpoint, Direction::Report, datagram));
         true
     }
 
@@ -109,7 +110,7 @@ impl Network {
         let from = if impostor { stranger() } else { our_address(endpoint) };
         let mut out: Vec<Vec<u8>> = Vec::new();
         self.facility.take(endpoint, at, from, &bytes, &mut |_, _, datagram| out.push(datagram.to_vec()));
-        out.iter().for_each(|datagram| self.launch(endpoint, Way::Report, datagram));
+        out.iter().for_each(|datagram| self.launch(endpoint, Direction::Report, datagram));
     }
 }
 
@@ -159,7 +160,7 @@ impl Port for NetworkPort {
         let mut network = self.network.borrow_mut();
         let now = network.clock.now();
         network.answers.push((now, self.endpoint, datagram.to_vec()));
-        network.launch(self.endpoint, Way::Answer, datagram);
+        network.launch(self.endpoint, Direction::Answer, datagram);
         Ok(())
     }
 }

@@ -72,7 +72,7 @@ impl World {
         let made_of = (key, run, *params);
         let mut world =
             Self { plant: Arc::clone(plant), made_of, arms, sensing, facility, past: [start; 2], axes, measured };
-        world.stand(&home);
+        world.set_axes(&home);
         Ok(world)
     }
 
@@ -82,10 +82,10 @@ impl World {
     }
 
     /// Puts both robots to rest at controller axes.
-    pub fn stand(&mut self, position: &[[f64; AXES]; 2]) {
+    pub fn set_axes(&mut self, position: &[[f64; AXES]; 2]) {
         let parts = self.parts_at(position);
         self.past = [parts; 2];
-        self.axes.iter_mut().zip(position).for_each(|(axes, position)| axes.stand(*position));
+        self.axes.iter_mut().zip(position).for_each(|(axes, position)| axes.set_axes(*position));
         self.facility.stand(&parts);
         self.measured = Measured { parts, wrench: Wrench::zero(), saturated: false };
     }
@@ -94,7 +94,7 @@ impl World {
     pub fn release(&mut self, position: &[[f64; AXES]; 2]) {
         let (key, run, params) = &self.made_of;
         self.facility = emulated_facility(&self.plant, *key, *run, params);
-        self.stand(position);
+        self.set_axes(position);
     }
 
     /// Returns the first axes on a line between two positions at which the parts do not touch and no latch closes; the
@@ -128,10 +128,10 @@ impl World {
     /// Steps by one tick with these target axes.
     pub fn tick(&mut self, targets: &[[f64; AXES]; 2]) {
         let poses = self.parts_at(targets);
-        let told = by_differences(&self.plant, &self.past[1], &self.past[0], &poses);
+        let reference = by_differences(&self.plant, &self.past[1], &self.past[0], &poses);
         self.past = [poses, self.past[0]];
         self.axes.iter_mut().zip(targets).for_each(|(axes, target)| axes.tick(*target));
-        self.measured = self.facility.tick(&told);
+        self.measured = self.facility.tick(&reference);
     }
 
     /// Returns the parts of robots at these axes.

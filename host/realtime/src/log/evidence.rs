@@ -67,10 +67,10 @@ impl EvidenceBuffer {
 
     /// Returns the records, oldest first.
     pub fn records(&self) -> impl Iterator<Item = &CycleRecord> {
-        let kept = self.ring.len();
+        let length = self.ring.len();
         let (newer, older) = match usize::try_from(self.pushed) {
-            Ok(pushed) if pushed < kept => (&self.ring[..pushed], &self.ring[..0]),
-            _ => self.ring.split_at((self.pushed % kept as u64) as usize),
+            Ok(pushed) if pushed < length => (&self.ring[..pushed], &self.ring[..0]),
+            _ => self.ring.split_at((self.pushed % length as u64) as usize),
         };
         older.iter().chain(newer)
     }

@@ -140,20 +140,20 @@ impl RobotRecord {
         self.flags = robot_flags::PRESENT
             | robot_flags::FRESH
             | bit(report.ready, robot_flags::READY)
-            | bit(report.asked.is_some(), robot_flags::ASKED)
+            | bit(report.reported_set_point.is_some(), robot_flags::ASKED)
             | bit(report.torque.is_some(), robot_flags::TORQUE)
             | bit(report.pose.is_some(), robot_flags::POSE);
         self.stamp = report.stamp;
         self.received = report.received - start;
         self.position = report.position;
-        self.asked = report.asked.unwrap_or(Logged::BLANK);
+        self.asked = report.reported_set_point.unwrap_or(Logged::BLANK);
         self.torque = report.torque.unwrap_or(Logged::BLANK);
         self.tool = report.pose.unwrap_or(Logged::BLANK);
         self.late_answers = report.late_answers;
     }
 
     /// Stores the command that was sent.
-    pub fn tell(&mut self, order: Option<&Order>) {
+    pub fn set_command(&mut self, order: Option<&Order>) {
         (self.order, self.command) = match order {
             None => (OrderKind::None, Logged::BLANK),
             Some(Order::Hold) => (OrderKind::Hold, Logged::BLANK),
@@ -164,16 +164,16 @@ impl RobotRecord {
 
     /// Returns the report that arrived in this cycle, unchanged; for a replay.
     pub fn report(&self, start: Nanos) -> Option<RobotState> {
-        let told = |bit: u32| self.flags & bit != 0;
-        told(robot_flags::FRESH).then(|| RobotState {
+        let has_flag = |bit: u32| self.flags & bit != 0;
+        has_flag(robot_flags::FRESH).then(|| RobotState {
             stamp: self.stamp,
             received: self.received + start,
             position: self.position,
-            asked: told(robot_flags::ASKED).then_some(self.asked),
-            torque: told(robot_flags::TORQUE).then_some(self.torque),
-            pose: told(robot_flags::POSE).then_some(self.tool),
+            reported_set_point: has_flag(robot_flags::ASKED).then_some(self.asked),
+            torque: has_flag(robot_flags::TORQUE).then_some(self.torque),
+            pose: has_flag(robot_flags::POSE).then_some(self.tool),
             late_answers: self.late_answers,
-            ready: told(robot_flags::READY),
+            ready: has_flag(robot_flags::READY),
         })
     }
 
@@ -209,14 +209,14 @@ impl ForceRecord {
 
     /// Returns the sample that arrived in this cycle, unchanged; for a replay.
     pub fn sample(&self, start: Nanos) -> Option<ForceSample> {
-        let told = |bit: u32| self.flags & bit != 0;
-        told(force_flags::FRESH).then(|| ForceSample {
+        let has_flag = |bit: u32| self.flags & bit != 0;
+        has_flag(force_flags::FRESH).then(|| ForceSample {
             received: self.received + start,
             sequence: self.sequence,
             wrench: self.raw,
             peak: self.peak,
-            saturated: told(force_flags::SATURATED),
-            invalid: told(force_flags::INVALID),
+            saturated: has_flag(force_flags::SATURATED),
+            invalid: has_flag(force_flags::INVALID),
         })
     }
 }

@@ -30,7 +30,7 @@ const POSE: usize = 7;
 
 /// Contents of a topic: positions among the record's columns.
 #[derive(Clone, Debug)]
-enum Carried {
+enum TopicContents {
     /// A JointState of the given robot: axes, and torques if it reports any.
     Joints { robot: usize, position: usize, effort: Option<usize> },
     /// A WrenchStamped.
@@ -48,7 +48,7 @@ pub struct Topic {
     pub name: &'static str,
     /// Column of its time stamp \[ns\] since the start.
     stamp: usize,
-    carried: Carried,
+    contents: TopicContents,
 }
 
 /// The topics of a record, in writing order.
@@ -91,7 +91,7 @@ impl Topics {
         }
         let rest = (0..columns.len()).filter(|place| !taken[*place]);
         let rest = rest.map(|place| (columns[place].kind, Some(place))).collect();
-        topics.push(Topic { name: CYCLE_TOPIC, stamp: at("time_ns"), carried: Carried::Cycle(rest) });
+        topics.push(Topic { name: CYCLE_TOPIC, stamp: at("time_ns"), contents: TopicContents::Cycle(rest) });
         let wall_offset = at("wall_offset_ns");
         let axes = [1, 2].map(|robot| ["emulated", "robot"].map(|kind| at(&format!("{kind}_{robot}_position_1_rad"))));
         let part_a = at("part_a_position_x_m");
@@ -104,11 +104,11 @@ impl Topics {
     }
 
     fn schema(&self, topic: &Topic) -> Schema {
-        match &topic.carried {
-            Carried::Joints { .. } => schemas::joint_state(),
-            Carried::Wrench { .. } => schemas::wrench_stamped(),
-            Carried::Frames(_) => schemas::tf_message(),
-            Carried::Cycle(_) => schemas::cycle(topic.places().map(|place| &self.columns[place])),
+        match &topic.contents {
+            TopicContents::Joints { .. } => schemas::joint_state(),
+            TopicContents::Wrench { .. } => schemas::wrench_stamped(),
+            TopicContents::Frames(_) => schemas::tf_message(),
+            TopicContents::Cycle(_) => schemas::cycle(topic.places().map(|place| &self.columns[place])),
         }
     }
 
@@ -137,7 +137,7 @@ impl Topics {
             fields.push((kind, own));
         }
         let last = self.topics.last_mut().expect("the cycle's topic");
-        last.carried = Carried::Cycle(fields);
+        last.contents = TopicContents::Cycle(fields);
         true
     }
 
@@ -146,9 +146,10 @@ impl Topics {
         let topic = &self.topics[topic];
         let stamp = values[topic.stamp].signed().wrapping_add(values[self.wall_offset].signed());
         out.start();
-        match &topic.carried {
-            Carried::Joints { robot, position, effort } => {
-                let (position, effort) = (told(values, *position, AXES), effort.map(|at| told(values, at, AXES)));
+        match &topic.contents {
+            TopicContents::Joints { robot, position, effort } => {
+                let (position, effort) =
+                    (known_values(values, *position, AXES), effort.map(|at| known_values(values, at, AXES)));
                 let effort = effort.unwrap_or_default();
                 header(out, stamp, "");
                 strings(out, &self.names[*robot]);
@@ -157,14 +158,14 @@ impl Topics {
                 reals(out, effort);
                 !position.is_empty() || !effort.is_empty()
             }
-            Carried::Wrench { frame, at } => {
-                let wrench = told(values, *at, WRENCH);
+            TopicContents::Wrench { frame, at } => {
+                let wrench = known_values(values, *at, WRENCH);
                 header(out, stamp, frame);
                 wrench.iter().for_each(|value| out.f64(value.real()));
                 !wrench.is_empty()
             }
-            Carried::Frames(frames) => self.transforms(out, stamp, frames, values),
-            Carried::Cycle(fields) => {
+            TopicContents::Frames(frames) => self.transforms(out, stamp, frames, values),
+            TopicContents::Cycle(fields) => {
                 header(out, stamp, "");
                 fields.iter().filter_map(|(_, place)| *place).for_each(|place| scalar(out, values[place]));
                 true
@@ -174,11 +175,12 @@ impl Topics {
 
     /// Returns the known poses of parts, and the robots' frames, as transforms; false without any.
     fn transforms(&self, out: &mut Encoder, stamp: i64, frames: &[(&str, usize)], values: &[LogValue]) -> bool {
-        let known =
-            || frames.iter().map(|(name, at)| (name, told(values, *at, POSE))).filter(|(_, pose)| !pose.is_empty());
+        let known = || {
+            frames.iter().map(|(name, at)| (name, known_values(values, *at, POSE))).filter(|(_, pose)| !pose.is_empty())
+        };
         // The commanded robots: the emulated ones of a dry run, else the real ones.
         let axes = self.axes.map(|kinds| {
-            let kinds = kinds.map(|at| told(values, at, AXES));
+            let kinds = kinds.map(|at| known_values(values, at, AXES));
             kinds.into_iter().find(|axes| !axes.is_empty()).unwrap_or_default()
         });
         let robots = || {
@@ -186,7 +188,7 @@ impl Topics {
             scene.filter(|(_, axes)| !axes.is_empty())
         };
         let contact_frame = self.scene.as_ref().filter(|_| !axes[0].is_empty()).and_then(|scene| {
-            let [x, y, z, ..] = told(values, self.part_a, POSE) else { return None };
+            let [x, y, z, ..] = known_values(values, self.part_a, POSE) else { return None };
             let held = scene.part_a(|axis| axes[0][axis].real()).position;
             let position = softdock_kernels::vector::vec3(held.x - x.real(), held.y - y.real(), held.z - z.real());
             Some(Pose { position, attitude: Quat::identity() })
@@ -216,8 +218,8 @@ impl Topics {
     /// Stores the contents of a message; `None` if it is not a message of this topic.
     pub(crate) fn decode(&self, topic: usize, message: &[u8], values: &mut [LogValue]) -> Option<()> {
         let mut read = Decoder::new(message)?;
-        match &self.topics[topic].carried {
-            Carried::Joints { position, effort, .. } => {
+        match &self.topics[topic].contents {
+            TopicContents::Joints { position, effort, .. } => {
                 skip_header(&mut read)?;
                 let names = read.u32()?;
                 (0..names).try_for_each(|_| read.string().map(|_| ()))?;
@@ -225,15 +227,15 @@ impl Topics {
                 take_reals(&mut read, None, values)?;
                 take_reals(&mut read, *effort, values)
             }
-            Carried::Wrench { at, .. } => {
+            TopicContents::Wrench { at, .. } => {
                 skip_header(&mut read)?;
                 values[*at..*at + WRENCH].iter_mut().try_for_each(|value| {
                     *value = LogValue::Real(read.f64()?);
                     Some(())
                 })
             }
-            Carried::Frames(frames) => take_transforms(&mut read, frames, values),
-            Carried::Cycle(fields) => {
+            TopicContents::Frames(frames) => take_transforms(&mut read, frames, values),
+            TopicContents::Cycle(fields) => {
                 skip_header(&mut read)?;
                 fields.iter().try_for_each(|(kind, place)| {
                     let value = take_scalar(&mut read, *kind)?;
@@ -255,13 +257,13 @@ impl Topics {
 impl Topic {
     /// Returns the positions of this topic's columns.
     fn places(&self) -> Box<dyn Iterator<Item = usize> + '_> {
-        match &self.carried {
-            Carried::Joints { position, effort, .. } => {
+        match &self.contents {
+            TopicContents::Joints { position, effort, .. } => {
                 Box::new((*position..position + AXES).chain(effort.iter().flat_map(|at| *at..at + AXES)))
             }
-            Carried::Wrench { at, .. } => Box::new(*at..at + WRENCH),
-            Carried::Frames(frames) => Box::new(frames.iter().flat_map(|(_, at)| *at..at + POSE)),
-            Carried::Cycle(fields) => Box::new(fields.iter().filter_map(|(_, place)| *place)),
+            TopicContents::Wrench { at, .. } => Box::new(*at..at + WRENCH),
+            TopicContents::Frames(frames) => Box::new(frames.iter().flat_map(|(_, at)| *at..at + POSE)),
+            TopicContents::Cycle(fields) => Box::new(fields.iter().filter_map(|(_, place)| *place)),
         }
     }
 }
@@ -271,7 +273,7 @@ fn standard(at: &impl Fn(&str) -> usize) -> Vec<Topic> {
     let states = |name, robot, prefix: &str| Topic {
         name,
         stamp: at(&format!("{prefix}_received_ns")),
-        carried: Carried::Joints {
+        contents: TopicContents::Joints {
             robot,
             position: at(&format!("{prefix}_position_1_rad")),
             effort: Some(at(&format!("{prefix}_torque_1_n_m"))),
@@ -280,12 +282,12 @@ fn standard(at: &impl Fn(&str) -> usize) -> Vec<Topic> {
     let commands = |name, robot, prefix: &str| Topic {
         name,
         stamp: at("time_ns"),
-        carried: Carried::Joints { robot, position: at(&format!("{prefix}_command_1_rad")), effort: None },
+        contents: TopicContents::Joints { robot, position: at(&format!("{prefix}_command_1_rad")), effort: None },
     };
     let wrench = |name, frame, prefix: &str, kind: &str| Topic {
         name,
         stamp: at(&format!("{prefix}_received_ns")),
-        carried: Carried::Wrench { frame, at: at(&format!("{prefix}_{kind}_force_x_n")) },
+        contents: TopicContents::Wrench { frame, at: at(&format!("{prefix}_{kind}_force_x_n")) },
     };
     let frame = |name| (name, at(&format!("{name}_position_x_m")));
     let frames = ["part_a", "part_b", "simulated_part_a", "simulated_part_b"].map(frame).to_vec();
@@ -302,12 +304,12 @@ fn standard(at: &impl Fn(&str) -> usize) -> Vec<Topic> {
         wrench("/ft/wrench_raw", "ft_sensor", "ft", "raw"),
         wrench("/emulated_ft/wrench", "part_a", "emulated_ft", "compensated"),
         wrench("/emulated_ft/wrench_raw", "ft_sensor", "emulated_ft", "raw"),
-        Topic { name: "/tf", stamp: at("time_ns"), carried: Carried::Frames(frames) },
+        Topic { name: "/tf", stamp: at("time_ns"), contents: TopicContents::Frames(frames) },
     ]
 }
 
 /// Returns a run of columns, or `None` if all of it is blank.
-fn told(values: &[LogValue], at: usize, count: usize) -> &[LogValue] {
+fn known_values(values: &[LogValue], at: usize, count: usize) -> &[LogValue] {
     let part = &values[at..at + count];
     let blank = part.iter().all(|value| *value == LogValue::Real(f64::BLANK));
     if blank { &[] } else { part }

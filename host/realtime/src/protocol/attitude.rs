@@ -1,4 +1,4 @@
-//! Attitudes as three angles, the way KUKA (A, B, C) and FANUC (R, P, W) tell them: turns about z, then the new y,
+//! Attitudes as three angles, as used by KUKA (A, B, C) and FANUC (R, P, W): turns about z, then the new y,
 //! then the new x.
 
 use softdock_kernels::vector::{Quat, vec3};

@@ -99,7 +99,7 @@ pub(crate) fn state_at(position: [f64; AXES], now: Nanos) -> RobotState {
         stamp: now,
         received: now,
         position,
-        asked: Some(position),
+        reported_set_point: Some(position),
         torque: Some([0.0; AXES]),
         pose: None,
         late_answers: 0,

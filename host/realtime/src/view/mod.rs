@@ -67,7 +67,7 @@ fn show_screen(
         let over = take(view, samples, controls);
         watch(view);
         terminal.draw(|frame| screen::draw(frame, view))?;
-        if over && controls.leaves() {
+        if over && controls.close_requested() {
             return Ok(());
         }
         if !event::poll(PICTURE)? {
@@ -76,7 +76,7 @@ fn show_screen(
         if let Event::Key(key) = event::read()? {
             match meaning(key, over) {
                 Some(Key::Stop) => controls.request_stop(),
-                Some(Key::Leave) => return Ok(()),
+                Some(Key::Close) => return Ok(()),
                 Some(Key::Go) if view.newest.phase == Phase::Ready => controls.go(),
                 Some(Key::Go) => {}
                 None => {}
@@ -90,7 +90,7 @@ fn show_screen(
 enum Key {
     Go,
     Stop,
-    Leave,
+    Close,
 }
 
 /// `g` is GO; `s`, space and Ctrl+C stop; `q` and Ctrl+C close the view, only after the session is over.
@@ -100,9 +100,9 @@ fn meaning(key: KeyEvent, over: bool) -> Option<Key> {
     }
     let control_c = key.code == KeyCode::Char('c') && key.modifiers.contains(KeyModifiers::CONTROL);
     match key.code {
-        KeyCode::Char('q' | 'Q') if over => Some(Key::Leave),
+        KeyCode::Char('q' | 'Q') if over => Some(Key::Close),
         KeyCode::Char('g' | 'G') if !over => Some(Key::Go),
-        _ if control_c => Some(if over { Key::Leave } else { Key::Stop }),
+        _ if control_c => Some(if over { Key::Close } else { Key::Stop }),
         KeyCode::Char('s' | 'S' | ' ') if !over => Some(Key::Stop),
         _ => None,
     }
@@ -140,7 +140,7 @@ fn take(view: &mut View, samples: &mut Samples, controls: &Controls) -> bool {
     while let Some(notice) = samples.next_notice() {
         view.notice = notice;
     }
-    view.told(controls.stops(), over);
+    view.set_controls(controls.stops(), over);
     over
 }
 

@@ -123,7 +123,7 @@ impl View {
     }
 
     /// Takes the state of the controls.
-    pub(super) fn told(&mut self, stops: u32, over: bool) {
+    pub(super) fn set_controls(&mut self, stops: u32, over: bool) {
         self.stops = stops;
         self.over = over;
     }

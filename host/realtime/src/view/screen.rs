@@ -166,7 +166,7 @@ fn draw_foot(frame: &mut Frame, area: Rect, view: &View) {
         (cause, _) => Line::from(format!("stop: {}", cause.meaning()).red().bold()),
     };
     let keys = match (view.over, view.stops) {
-        (true, _) => "q  leave",
+        (true, _) => "q  close",
         (false, 0) if now.phase == Phase::Ready => {
             "every check has passed.   g  GO: the robots move   s  stop (no emergency stop)"
         }

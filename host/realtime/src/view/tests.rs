@@ -64,21 +64,21 @@ fn screen_shows_the_loop() {
 #[test]
 fn screen_shows_a_stop_and_its_cause() {
     let mut view = after(100);
-    view.told(1, false);
+    view.set_controls(1, false);
     assert_shows(&drawn(&view, 80, 24), "stop requested");
     assert_shows(&drawn(&view, 80, 24), "s again  end the protocols at once");
     let mut record = sample::stopping(100);
     record.robot_1.limits.set(LimitKind::Box, TOOL);
     record.log_dropped = 12;
     view.take(&Sample::of(&record));
-    view.told(1, true);
+    view.set_controls(1, true);
     let screen = drawn(&view, 80, 24);
     for text in [
         " stopping ",
         "stop: a command outside the limits of an axis",
         "velocity",
         "tool: box",
-        "q  leave",
+        "q  close",
         "the log has lost 12 records",
     ] {
         assert_shows(&screen, text);
@@ -139,8 +139,8 @@ fn keys_stop_a_session_and_close_the_view_only_after_it() {
     assert_eq!(meaning(plain('g'), false), Some(Key::Go));
     assert_eq!(meaning(plain('g'), true), None);
     assert_eq!(meaning(plain('q'), false), None, "a running session's view stays open");
-    assert_eq!(meaning(plain('q'), true), Some(Key::Leave));
-    assert_eq!(meaning(control_c, true), Some(Key::Leave));
+    assert_eq!(meaning(plain('q'), true), Some(Key::Close));
+    assert_eq!(meaning(control_c, true), Some(Key::Close));
     assert_eq!(meaning(plain('c'), false), None);
     let released = KeyEvent { kind: KeyEventKind::Release, ..plain('s') };
     assert_eq!(meaning(released, false), None);

@@ -15,7 +15,7 @@ pub enum Endpoint {
 
 /// Direction of a datagram.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Way {
+pub enum Direction {
     /// From the facility to us.
     Report,
     /// From us to the facility.
@@ -45,7 +45,7 @@ pub struct RelayRule {
     /// The link.
     pub endpoint: Endpoint,
     /// The direction.
-    pub way: Way,
+    pub direction: Direction,
     /// Begin.
     pub from: Nanos,
     /// End.
@@ -71,7 +71,7 @@ pub struct Passing {
 #[derive(Clone, Debug, Default)]
 pub struct Relay {
     rules: Vec<(RelayRule, u32)>,
-    waiting: Vec<(Endpoint, Way, Vec<u8>)>,
+    waiting: Vec<(Endpoint, Direction, Vec<u8>)>,
     dice: u64,
 }
 
@@ -87,11 +87,11 @@ impl Relay {
     }
 
     /// Returns the datagrams that follow from one: none, one or two.
-    pub fn pass(&mut self, now: Nanos, endpoint: Endpoint, way: Way, datagram: &[u8]) -> Vec<Passing> {
+    pub fn pass(&mut self, now: Nanos, endpoint: Endpoint, direction: Direction, datagram: &[u8]) -> Vec<Passing> {
         let plain = |bytes: Vec<u8>| Passing { delay: Nanos(0), bytes, impostor: false };
-        let fault = self.due(now, endpoint, way);
+        let fault = self.due(now, endpoint, direction);
         if fault == Some(Fault::Exchange) {
-            self.waiting.push((endpoint, way, datagram.to_vec()));
+            self.waiting.push((endpoint, direction, datagram.to_vec()));
             return Vec::new();
         }
         let mut out = match fault {
@@ -104,17 +104,17 @@ impl Relay {
             Some(Fault::Impostor) => vec![Passing { impostor: true, ..plain(datagram.to_vec()) }],
             Some(Fault::Exchange) | None => vec![plain(datagram.to_vec())],
         };
-        while let Some(i) = self.waiting.iter().position(|(e, w, _)| (*e, *w) == (endpoint, way)) {
+        while let Some(i) = self.waiting.iter().position(|(e, w, _)| (*e, *w) == (endpoint, direction)) {
             out.push(plain(self.waiting.remove(i).2));
         }
         out
     }
 
     /// Returns the fault that applies to a link now.
-    fn due(&mut self, now: Nanos, endpoint: Endpoint, way: Way) -> Option<Fault> {
+    fn due(&mut self, now: Nanos, endpoint: Endpoint, direction: Direction) -> Option<Fault> {
         let mut due = None;
         for (rule, count) in &mut self.rules {
-            if (rule.endpoint, rule.way) == (endpoint, way) && (rule.from..rule.until).contains(&now) {
+            if (rule.endpoint, rule.direction) == (endpoint, direction) && (rule.from..rule.until).contains(&now) {
                 if *count % rule.every == 0 {
                     due = due.or(Some(rule.fault));
                 }

@@ -16,7 +16,7 @@ use softdock_realtime::time::Nanos;
 /// Changes of a case: the setting, the start of the run, and the record of a cycle.
 #[derive(Clone)]
 struct Case {
-    what: CheckKind,
+    kind: CheckKind,
     robot: Option<usize>,
     setting: fn(&mut Setting),
     start: fn(&mut Parts<f64>),
@@ -27,8 +27,8 @@ struct Case {
 }
 
 impl Case {
-    fn new(what: CheckKind, robot: Option<usize>, record: fn(&mut CycleRecord, u64)) -> Self {
-        Self { what, robot, setting: |_| (), start: |_| (), to_start: true, record, broken: [false; 3] }
+    fn new(kind: CheckKind, robot: Option<usize>, record: fn(&mut CycleRecord, u64)) -> Self {
+        Self { kind, robot, setting: |_| (), start: |_| (), to_start: true, record, broken: [false; 3] }
     }
 }
 
@@ -76,7 +76,7 @@ fn list(case: &Case) -> Checklist {
             return found.list;
         }
     }
-    panic!("{:?}: no answer", case.what)
+    panic!("{:?}: no answer", case.kind)
 }
 
 /// Makes the path to the start lead part A 0.3 m further, through part B.
@@ -167,18 +167,18 @@ fn each_check_fails_only_for_its_own_value() {
     for case in cases() {
         let list = list(&case);
         let failed: Vec<&Check> = list.checks().iter().filter(|check| check.answer() == CheckOutcome::Failed).collect();
-        let of: Vec<(CheckKind, Option<usize>)> = failed.iter().map(|check| (check.what, check.robot)).collect();
-        assert!(of.contains(&(case.what, case.robot)), "{:?}: {of:?}", case.what);
-        assert_eq!(list.failed().map(|check| check.what), Some(case.what), "the first that fails: {of:?}");
+        let of: Vec<(CheckKind, Option<usize>)> = failed.iter().map(|check| (check.kind, check.robot)).collect();
+        assert!(of.contains(&(case.kind, case.robot)), "{:?}: {of:?}", case.kind);
+        assert_eq!(list.failed().map(|check| check.kind), Some(case.kind), "the first that fails: {of:?}");
         // A missing robot, or one a quarter of a circle away, has no other values.
-        assert!(of.iter().all(|(what, _)| *what == case.what || may_fail_too(case.what, *what)), "{of:?}");
+        assert!(of.iter().all(|(kind, _)| *kind == case.kind || may_fail_too(case.kind, *kind)), "{of:?}");
     }
 }
 
 /// Checks that also fail when another one does.
-fn may_fail_too(what: CheckKind, other: CheckKind) -> bool {
+fn may_fail_too(kind: CheckKind, other: CheckKind) -> bool {
     matches!(
-        (what, other),
+        (kind, other),
         (CheckKind::Reports, CheckKind::Loss)
             | (CheckKind::Period, CheckKind::Loss | CheckKind::Clock)
             | (CheckKind::Range, CheckKind::Range | CheckKind::Reach)
@@ -190,8 +190,8 @@ fn every_check_has_a_case() {
     let cases = cases();
     // A moving session measures the second attitude: `tool_is_weighed_in_two_attitudes_before_an_armed_run`.
     let elsewhere = [CheckKind::TurnedForce, CheckKind::TurnedMoment];
-    for what in CheckKind::ALL {
-        assert!(elsewhere.contains(what) || cases.iter().any(|case| case.what == *what), "{}", what.row().id);
+    for kind in CheckKind::ALL {
+        assert!(elsewhere.contains(kind) || cases.iter().any(|case| case.kind == *kind), "{}", kind.row().id);
     }
     let whole = list(&Case::new(CheckKind::Reports, None, |_, _| ()));
     assert_eq!(whole.failed(), None, "robots at rest at the start pass");

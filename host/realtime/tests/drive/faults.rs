@@ -8,7 +8,7 @@ use softdock_realtime::emulation::facility::Ailment;
 use softdock_realtime::log::codes::{OrderKind, Phase, StopCause};
 use softdock_realtime::signals::AXES;
 use softdock_realtime::time::Nanos;
-use softdock_realtime::wire::relay::{Endpoint, Fault, Relay, RelayRule, Way};
+use softdock_realtime::wire::relay::{Direction, Endpoint, Fault, Relay, RelayRule};
 use softdock_test_size::sized;
 use std::thread;
 
@@ -24,7 +24,7 @@ fn link_recovery_never_exceeds_robot_limits() {
         let mut rig = Rig::new(&setting, Relay::default());
         rig.run_for(0.5);
         let from = rig.session.record().time;
-        rig.network.borrow_mut().relay.add(rule(endpoint, Way::Answer, from, lost, Fault::Lose));
+        rig.network.borrow_mut().relay.add(rule(endpoint, Direction::Answer, from, lost, Fault::Lose));
         let cause = rig.finish().cause;
         assert_eq!(cause, StopCause::UntakenAnswers, "{lost} answers lost");
         let stop = rig.records.iter().find(|record| record.cause != StopCause::None).expect("a stop");
@@ -92,7 +92,7 @@ fn random_rule(dice: &mut Dice) -> RelayRule {
     let lasts = Nanos::from_micros((4e3 * 500.0_f64.powf(dice.unit())) as i64);
     RelayRule {
         endpoint: dice.one(&[Endpoint::Robot1, Endpoint::Robot2]),
-        way: dice.one(&[Way::Report, Way::Answer]),
+        direction: dice.one(&[Direction::Report, Direction::Answer]),
         from,
         until: from + lasts,
         every: dice.one(&[1, 1, 2, 3, 10]),
@@ -192,13 +192,13 @@ fn sensor_with_bias_or_wrong_tool_is_refused() {
         refused(Rig::with(&there, &setting, Relay::default()))
     };
     let heavy = refusal(|there| there.station.sensor.tool_mass = 60.0);
-    assert!(heavy.what == CheckKind::RestForce && heavy.value > 400.0, "{heavy:?}");
+    assert!(heavy.kind == CheckKind::RestForce && heavy.value > 400.0, "{heavy:?}");
     let biased = refusal(|there| there.bias.force.x += 1500.0);
-    assert!(biased.what == CheckKind::RestForce && biased.value > 1400.0, "{biased:?}");
+    assert!(biased.kind == CheckKind::RestForce && biased.value > 1400.0, "{biased:?}");
     let reversed = refusal(|there| turn_sensor(there, Quat { w: 0.0, v: vec3(0.0, 0.0, 1.0) }));
-    assert!(reversed.what == CheckKind::RestForce && reversed.value > 150.0, "{reversed:?}");
+    assert!(reversed.kind == CheckKind::RestForce && reversed.value > 150.0, "{reversed:?}");
     let permuted = refusal(|there| turn_sensor(there, Quat { w: 0.5, v: vec3(0.5, 0.5, 0.5) }));
-    assert!(permuted.what == CheckKind::RestForce && permuted.value > 120.0, "{permuted:?}");
+    assert!(permuted.kind == CheckKind::RestForce && permuted.value > 120.0, "{permuted:?}");
 }
 
 #[test]
@@ -211,11 +211,11 @@ fn sensor_axes_exchanged_about_the_vertical_are_refused() {
     let mut rig = Rig::with(&there, &setting, Relay::default());
     rig.finish();
     let refusal = rig.session.core().refusal().expect("a refusal");
-    assert_eq!(refusal.what, CheckKind::TurnedForce, "{refusal}");
+    assert_eq!(refusal.kind, CheckKind::TurnedForce, "{refusal}");
     // The weight of 12 kg turned by 15 degrees: 30.5 N expected on one axis, measured on another.
     assert!((refusal.value - 43.2).abs() < 3.0, "{refusal}");
     let list = rig.session.core().checklist();
-    let first = list.checks().iter().find(|check| check.what == CheckKind::RestForce).expect("a check");
+    let first = list.checks().iter().find(|check| check.kind == CheckKind::RestForce).expect("a check");
     assert_eq!(first.answer(), CheckOutcome::Passed, "the first attitude does not reveal it: {first}");
     assert!(rig.greatest_share(&rig.session.core().limits()) < 0.11, "the tool is turned at a tenth of the limits");
 }
@@ -227,15 +227,15 @@ fn tool_is_weighed_in_two_attitudes_before_an_armed_run() {
     let checks = rig.session.core().checklist().checks();
     assert!(checks.iter().all(|check| check.answer() != CheckOutcome::Failed));
     for what in [CheckKind::TurnedForce, CheckKind::TurnedMoment] {
-        let check = checks.iter().find(|check| check.what == what).expect("a check");
+        let check = checks.iter().find(|check| check.kind == what).expect("a check");
         assert_eq!(check.answer(), CheckOutcome::Passed, "{check}");
     }
     // Robot 1 returns before the run.
     let phase = |phase: Phase| rig.records.iter().filter(move |record| record.phase == phase);
     let (before, after) = (phase(Phase::StartUp).next_back(), phase(Phase::Weighing).next_back());
-    let way =
+    let direction =
         |i: usize| (before.expect("a start").robot_1.position[i] - after.expect("an end").robot_1.position[i]).abs();
-    assert!((0..AXES).all(|i| way(i) < 1e-4), "{:?}", std::array::from_fn::<f64, AXES, _>(way));
+    assert!((0..AXES).all(|i| direction(i) < 1e-4), "{:?}", std::array::from_fn::<f64, AXES, _>(direction));
 }
 
 #[test]
@@ -249,7 +249,7 @@ fn check_mode_moves_nothing_and_lists_every_check() {
         let checks = rig.session.core().checklist().checks();
         assert!(checks.iter().all(|check| check.answer() != CheckOutcome::Failed));
         for what in CheckKind::ALL {
-            let known = checks.iter().filter(|check| check.what == *what && !check.value.is_nan()).count();
+            let known = checks.iter().filter(|check| check.kind == *what && !check.value.is_nan()).count();
             let turned = matches!(what, CheckKind::TurnedForce | CheckKind::TurnedMoment);
             // This facility compares no torques.
             assert_eq!(known > 0, !turned && *what != CheckKind::Torques, "{}", what.row().id);
@@ -266,9 +266,9 @@ fn retraction_after_a_stop_in_contact_removes_the_force() {
         let mut rig = Rig::new(&setting, Relay::default());
         let last = *rig.finish();
         assert_eq!(last.cause, StopCause::ForceLimit);
-        let way = rig.session.core().retracted();
-        assert_eq!(way.is_some(), retract > 0.0);
-        assert!((way.unwrap_or(0.0) - retract).abs() < 1e-9, "{way:?}");
+        let direction = rig.session.core().retracted();
+        assert_eq!(direction.is_some(), retract > 0.0);
+        assert!((direction.unwrap_or(0.0) - retract).abs() < 1e-9, "{direction:?}");
         let force = last.ft.compensated.force.norm();
         assert!(retract == 0.0 || force < 5.0, "{force} N remain");
         let stop = rig.records.iter().find(|record| record.cause != StopCause::None).expect("a stop");
@@ -297,7 +297,7 @@ fn stopped_retraction_ramps_down() {
     let ends = ramp.iter().position(|r| r.robot_1.order == OrderKind::End).expect("the protocol's end");
     assert!(ends > 1, "a ramp before the end: {ends} cycles");
     assert_eq!(ramp[ends].robot_1.command, ramp[ends - 1].robot_1.command, "at rest at the end");
-    assert!(rig.session.core().retracted().is_some_and(|way| way > 0.05 && way < 0.29));
+    assert!(rig.session.core().retracted().is_some_and(|direction| direction > 0.05 && direction < 0.29));
     assert!(rig.greatest_share(&setting.station.limits) <= 1.0 + 1e-6);
 }
 
@@ -316,7 +316,7 @@ fn foreign_motion_ends_the_start_up() {
     // RSI ends, axis 2 is jogged by 3 degrees, RSI begins again from the same address.
     rig.jog(0, 1, 3.0_f64.to_radians(), 30);
     let refusal = refused(rig);
-    assert_eq!((refusal.what, refusal.robot, refusal.axis), (CheckKind::Still, Some(0), Some(1)));
+    assert_eq!((refusal.kind, refusal.robot, refusal.axis), (CheckKind::Still, Some(0), Some(1)));
     assert!((refusal.value.to_degrees() - 3.0).abs() < 0.1, "{refusal}");
 }
 
@@ -328,7 +328,7 @@ fn blocked_robot_is_detected_by_its_tool_error() {
     let cause = rig.finish().cause;
     assert_eq!(cause, StopCause::Tracking);
     let (_, alarm) = rig.session.core().stopped().expect("a stop");
-    let found = alarm.found.expect("a value beyond its limit");
+    let found = alarm.violation.expect("a value beyond its limit");
     assert_eq!((found.robot, found.unit), (Some(0), "m"));
     assert!(found.value < 0.02, "stopped {} m away", found.value);
 }
@@ -390,7 +390,7 @@ fn armed_robots_wait_for_go_under_continued_checks() {
     // A minute: nothing moves, and a lost packet is tolerated.
     let mut rig = waiting();
     let from = rig.session.record().time;
-    rig.network.borrow_mut().relay.add(rule(Endpoint::Robot1, Way::Report, from, 1, Fault::Lose));
+    rig.network.borrow_mut().relay.add(rule(Endpoint::Robot1, Direction::Report, from, 1, Fault::Lose));
     for _ in 0..15_000 {
         assert!(!rig.cycle());
     }
@@ -402,7 +402,7 @@ fn armed_robots_wait_for_go_under_continued_checks() {
     let mut rig = waiting();
     rig.jog(1, 3, 0.02, 20);
     let refusal = refused(rig);
-    assert_eq!((refusal.what, refusal.robot, refusal.axis), (CheckKind::Still, Some(1), Some(3)));
+    assert_eq!((refusal.kind, refusal.robot, refusal.axis), (CheckKind::Still, Some(1), Some(3)));
 }
 
 #[test]
@@ -411,7 +411,7 @@ fn robot_with_another_cycle_is_named() {
         let mut rig = Rig::waiting(&Setting::docking());
         rig.with_cycle(robot, Nanos::from_millis(12));
         let refusal = refused(rig);
-        assert_eq!(refusal.what, CheckKind::Period, "{refusal}");
+        assert_eq!(refusal.kind, CheckKind::Period, "{refusal}");
         let (number, measured, wanted) = (refusal.robot.expect("a robot") + 1, refusal.value, refusal.limit);
         assert_eq!(number, robot + 1);
         assert!((measured - 12e-3).abs() < 1e-4 && wanted == 4e-3, "{refusal:?}");

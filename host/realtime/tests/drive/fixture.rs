@@ -28,7 +28,7 @@ use softdock_realtime::protocol::rsi::tags::TagMap;
 use softdock_realtime::signals::AXES;
 use softdock_realtime::signals::Links;
 use softdock_realtime::time::Nanos;
-use softdock_realtime::wire::relay::{Endpoint, Fault, Relay, RelayRule, Way};
+use softdock_realtime::wire::relay::{Direction, Endpoint, Fault, Relay, RelayRule};
 use std::cell::RefCell;
 use std::path::PathBuf;
 use std::rc::Rc;
@@ -141,9 +141,9 @@ fn krc(endpoint: Endpoint) -> KrcSettings {
 }
 
 /// Creates a fault for a number of datagrams of a link, the first in the cycle after this time.
-pub(crate) fn rule(endpoint: Endpoint, way: Way, from: Nanos, cycles: i64, fault: Fault) -> RelayRule {
+pub(crate) fn rule(endpoint: Endpoint, direction: Direction, from: Nanos, cycles: i64, fault: Fault) -> RelayRule {
     // Half a cycle more: the next reports arrive a cycle after the one being answered.
-    RelayRule { endpoint, way, from, until: from + CYCLE * cycles + Nanos(CYCLE.0 / 2), every: 1, fault }
+    RelayRule { endpoint, direction, from, until: from + CYCLE * cycles + Nanos(CYCLE.0 / 2), every: 1, fault }
 }
 
 /// Robot 1 has a rail, robot 2 has none.
@@ -264,7 +264,7 @@ impl Rig {
         let mut network = self.network.borrow_mut();
         let shares = [0, 1].map(|robot| {
             let facility = network.facility();
-            greatest_share(facility.set_points(robot), facility.kept_in_motion(robot), limits)
+            greatest_share(facility.set_points(robot), facility.begins_in_motion(robot), limits)
         });
         shares[0].max(shares[1])
     }

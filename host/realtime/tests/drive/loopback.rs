@@ -95,15 +95,15 @@ fn is_alike(setting: &Setting) -> bool {
     for session in 1..=MOST_SESSIONS {
         let driven = drive(setting);
         let Driven { ended, time, disturbances, cause } = &driven;
-        let said = format!(
+        let message = format!(
             "run {run}: farm {expected} at {:.3} s, session {session} {ended} at {time:.3} s ({cause:?}), {disturbances} disturbances",
             farm.hil.end_time
         );
-        println!("{said}");
+        println!("{message}");
         if *ended == expected && (*cause == StopCause::Completed) == farm.stop.is_none() {
             return true;
         }
-        assert!(*disturbances > 0, "{said}");
+        assert!(*disturbances > 0, "{message}");
     }
     false
 }

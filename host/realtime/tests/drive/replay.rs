@@ -9,7 +9,7 @@ use softdock_realtime::log::record::CycleRecord;
 use softdock_realtime::log::writer::{Handed, LogWriter};
 use softdock_realtime::signals::Capabilities;
 use softdock_realtime::time::Nanos;
-use softdock_realtime::wire::relay::{Endpoint, Fault, Relay, RelayRule, Way};
+use softdock_realtime::wire::relay::{Direction, Endpoint, Fault, Relay, RelayRule};
 
 /// Writes records to an MCAP file and reads them back.
 fn logged(records: &[CycleRecord]) -> Vec<CycleRecord> {
@@ -97,12 +97,13 @@ fn lost_packets_and_a_silent_sensor_replay_bit_for_bit() {
     let mut setting = Setting::docking();
     (setting.station.links.window_cycles, setting.station.links.catch_up) = (1000, 10.0);
     let (from, until) = (Nanos::from_millis(2_000), Nanos::from_millis(600_000));
-    let lossy = |endpoint, way, every| RelayRule { endpoint, way, from, until, every, fault: Fault::Lose };
-    let relay = Relay::new([lossy(Endpoint::Robot1, Way::Report, 37), lossy(Endpoint::Robot2, Way::Answer, 23)]);
+    let lossy = |endpoint, direction, every| RelayRule { endpoint, direction, from, until, every, fault: Fault::Lose };
+    let relay =
+        Relay::new([lossy(Endpoint::Robot1, Direction::Report, 37), lossy(Endpoint::Robot2, Direction::Answer, 23)]);
     let mut rig = Rig::new(&setting, relay);
     rig.run_for(1.0);
     let now = rig.session.record().time;
-    rig.network.borrow_mut().relay.add(RelayRule { from: now, ..lossy(Endpoint::Sensor, Way::Report, 1) });
+    rig.network.borrow_mut().relay.add(RelayRule { from: now, ..lossy(Endpoint::Sensor, Direction::Report, 1) });
     let cause = rig.finish().cause;
     assert!(matches!(cause, StopCause::SensorStale | StopCause::LinkFault), "{cause:?}");
     assert!(rig.records.iter().any(|record| record.broken == 4), "a failed link");

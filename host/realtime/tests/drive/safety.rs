@@ -13,7 +13,7 @@ use softdock_realtime::log::record::CycleRecord;
 use softdock_realtime::protocol::rsi::codec::Sen;
 use softdock_realtime::signals::AXES;
 use softdock_realtime::time::Nanos;
-use softdock_realtime::wire::relay::{Endpoint, Fault, Relay, RelayRule, Way};
+use softdock_realtime::wire::relay::{Direction, Endpoint, Fault, Relay, RelayRule};
 use std::sync::Arc;
 
 /// Until the end of the session.
@@ -91,7 +91,7 @@ fn refused(setting: &Setting, relay: Relay, prepare: impl FnOnce(&mut Rig)) -> C
 fn behaviour_2_no_motion_before_every_check_has_passed() {
     let setting = Setting::docking();
     let always = |endpoint, every, fault| {
-        Relay::new([RelayRule { endpoint, way: Way::Report, from: Nanos(0), until: FOREVER, every, fault }])
+        Relay::new([RelayRule { endpoint, direction: Direction::Report, from: Nanos(0), until: FOREVER, every, fault }])
     };
     let lost = |endpoint, every| of(&refused(&setting, always(endpoint, every, Fault::Lose), |_| ()));
     assert_eq!(lost(Endpoint::Robot1, 1), (CheckKind::Reports, Some(0)));
@@ -119,7 +119,7 @@ fn behaviour_2_no_motion_before_every_check_has_passed() {
 
 /// Returns kind and robot of a failed check.
 fn of(check: &Check) -> (CheckKind, Option<usize>) {
-    (check.what, check.robot)
+    (check.kind, check.robot)
 }
 
 /// Returns the refusal of a session whose facility file differs from the facility.
@@ -207,12 +207,12 @@ fn path_to_the_start_through_a_box_or_too_near_is_refused() {
     boxed.plant = Arc::new(Plant::new(model));
     boxed.with_rules(|rules| rules.keep_out = vec![around.clone()]);
     let refusal = refused(&boxed, Relay::default(), |_| ());
-    assert!(refusal.what == CheckKind::KeepOut && refusal.value > 0.0, "{refusal}");
+    assert!(refusal.kind == CheckKind::KeepOut && refusal.value > 0.0, "{refusal}");
     let mut near = setting;
     near.with_rules(|rules| rules.arm_distance = 0.6);
     let refusal = refused(&near, Relay::default(), |_| ());
     assert!(
-        refusal.what == CheckKind::ArmDistance && refusal.value < refusal.limit && refusal.limit == 0.6,
+        refusal.kind == CheckKind::ArmDistance && refusal.value < refusal.limit && refusal.limit == 0.6,
         "{refusal}"
     );
 }
@@ -259,7 +259,7 @@ fn behaviour_5_lost_packets_hold_then_stop_then_the_controller_times_out() {
         let mut rig = Rig::new(&Setting::docking(), Relay::default());
         rig.run_for(0.5);
         let now = rig.session.record().time;
-        let fault = rule(Endpoint::Robot1, Way::Report, now, lost, Fault::Lose);
+        let fault = rule(Endpoint::Robot1, Direction::Report, now, lost, Fault::Lose);
         rig.network.borrow_mut().relay.add(fault);
         rig.finish();
         assert_eq!(stop_of(&rig).cause, cause, "{lost} cycles lost");
@@ -278,7 +278,7 @@ fn behaviour_5_lost_packets_hold_then_stop_then_the_controller_times_out() {
     rig.network
         .borrow_mut()
         .relay
-        .add(RelayRule { until: FOREVER, ..rule(Endpoint::Robot1, Way::Report, now, 1, Fault::Lose) });
+        .add(RelayRule { until: FOREVER, ..rule(Endpoint::Robot1, Direction::Report, now, 1, Fault::Lose) });
     rig.finish();
     assert_eq!(stop_of(&rig).cause, StopCause::LostPackets);
     let silent_from = now + CYCLE;
@@ -304,8 +304,14 @@ fn behaviour_5_late_repeated_reordered_and_damaged_packets_are_safe() {
         rig.run_for(0.3);
         let now = rig.session.record().time;
         // One packet in sixty, for the rest of the run: fewer than the window allows.
-        let rule =
-            RelayRule { endpoint: Endpoint::Robot1, way: Way::Report, from: now, until: FOREVER, every: 60, fault };
+        let rule = RelayRule {
+            endpoint: Endpoint::Robot1,
+            direction: Direction::Report,
+            from: now,
+            until: FOREVER,
+            every: 60,
+            fault,
+        };
         rig.network.borrow_mut().relay.add(rule);
         let last = *rig.finish();
         assert_eq!(last.cause, StopCause::Completed, "{fault:?}");
@@ -360,7 +366,7 @@ fn behaviour_8_no_automatic_resume() {
     let mut rig = Rig::new(&Setting::docking(), Relay::default());
     rig.run_for(0.5);
     let now = rig.session.record().time;
-    rig.network.borrow_mut().relay.add(rule(Endpoint::Robot2, Way::Report, now, 6, Fault::Lose));
+    rig.network.borrow_mut().relay.add(rule(Endpoint::Robot2, Direction::Report, now, 6, Fault::Lose));
     rig.finish();
     assert_eq!(stop_of(&rig).cause, StopCause::LostPackets);
     // The link has recovered, and gets no commands.

@@ -114,7 +114,7 @@ fn unexplained_torque_stops_the_session() {
     while !session.cycle(None) {}
     let (at, alarm) = session.core().stopped().expect("a stop");
     assert_eq!(alarm.cause, StopCause::Torque);
-    let found = alarm.found.expect("robot, axis, value and limit");
+    let found = alarm.violation.expect("robot, axis, value and limit");
     assert_eq!((found.robot, found.axis, found.limit, found.unit), (Some(1), Some(2), 200.0, "N m"));
     assert!((found.value - 250.0).abs() < 20.0, "{found:?}");
     let within = (at - from).seconds();
@@ -130,7 +130,7 @@ fn torque_limits_need_a_robot_that_reports_torques() {
     let mut session = Session::new(setting.task(), links(&bench), None, Rc::new(clock)).expect("prepared");
     while !session.cycle(None) {}
     let refusal = session.core().refusal().expect("a refusal");
-    assert_eq!((refusal.what, refusal.robot), (CheckKind::Torques, Some(0)), "{refusal}");
+    assert_eq!((refusal.kind, refusal.robot), (CheckKind::Torques, Some(0)), "{refusal}");
 }
 
 #[test]

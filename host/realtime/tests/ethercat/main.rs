@@ -192,7 +192,7 @@ fn hold_never_enables_and_targets_present_positions() {
         let state = rig.report();
         assert!(state.ready);
         // One cycle of sag separates a report and the target derived from it.
-        assert!(largest(&state.position, &state.asked.expect("targets")) < 1e-4);
+        assert!(largest(&state.position, &state.reported_set_point.expect("targets")) < 1e-4);
         rig.send(Order::Hold);
     }
     assert!(rig.segment().devices.iter().all(|device| device.drive.enablings.is_empty()));
@@ -345,23 +345,23 @@ fn watchdogs_are_set_and_read_back() {
 
 #[test]
 fn watchdogs_that_are_off_or_too_long_are_refused() {
-    let said = |watchdog: (u16, u16), watched: bool| {
+    let opening_error = |watchdog: (u16, u16), watched: bool| {
         let mut drives = models(2);
         let drive = &mut drives[1];
         (drive.watchdog, drive.watchdog_fixed, drive.watched) = (watchdog, true, watched);
         Rig::open("watchdogs", drives, &config(2)).map(|opened| opened.err().map(|error| error.to_string()))
     };
-    let Some(off) = said((2498, 0), true) else { return };
+    let Some(off) = opening_error((2498, 0), true) else { return };
     let off = off.expect("refused");
     assert!(off.starts_with("drive 1 (DRIVE-402): the watchdog of its outputs is off and cannot be set"), "{off}");
-    let long = said((2498, 5000), true).flatten().expect("refused");
+    let long = opening_error((2498, 5000), true).flatten().expect("refused");
     assert!(
         long.contains("expires after 500.0 ms and cannot be set") && long.contains("100.0 ms are allowed"),
         "{long}"
     );
-    let deaf = said((2498, 500), false).flatten().expect("refused");
+    let deaf = opening_error((2498, 500), false).flatten().expect("refused");
     assert!(deaf.contains("triggers no watchdog (bit 6 of its control byte, 24)"), "{deaf}");
-    assert_eq!(said((2498, 500), true), Some(None), "a fixed shorter one suffices");
+    assert_eq!(opening_error((2498, 500), true), Some(None), "a fixed shorter one suffices");
 }
 
 #[test]

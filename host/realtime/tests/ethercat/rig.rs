@@ -139,7 +139,7 @@ impl Rig {
     /// Commands the present positions until the drives follow; returns these positions.
     pub(crate) fn enable(&mut self) -> [f64; AXES] {
         for _ in 0..500 {
-            let at = self.report().asked.expect("targets");
+            let at = self.report().reported_set_point.expect("targets");
             if self.robot().phase() == BringUpPhase::Following {
                 return at;
             }

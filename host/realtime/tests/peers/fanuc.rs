@@ -37,7 +37,7 @@ fn target(start: &[f64; AXES], time: f64) -> [f64; AXES] {
 fn drive(version: &str, periods: f64) {
     let _alone = alone();
     let mut controller = PythonPeer::start("fanuc_controller.py", &[version]);
-    let ports = controller.told();
+    let ports = controller.next_line();
     let address = |key| loopback(PythonPeer::port(&ports, key));
     let robot = FanucRobot::open(UdpPort::bind(loopback(0)).unwrap(), address("stream"), CYCLE).unwrap();
     let mut robot = ArmedFanuc::arm(robot, address("rmi"), Duration::from_secs(5)).unwrap();
@@ -95,26 +95,26 @@ fn our_driver_supports_the_older_version() {
 /// Arms against a fake controller with a fault; returns the error, and the controller's result.
 fn refused_by(trouble: &str) -> String {
     let mut controller = PythonPeer::start("fanuc_controller.py", &["4", trouble]);
-    let ports = controller.told();
+    let ports = controller.next_line();
     let address = |key| loopback(PythonPeer::port(&ports, key));
     let robot = FanucRobot::open(UdpPort::bind(loopback(0)).unwrap(), address("stream"), CYCLE).unwrap();
-    let said = ArmedFanuc::arm(robot, address("rmi"), Duration::from_secs(1)).err().expect(trouble).to_string();
+    let error = ArmedFanuc::arm(robot, address("rmi"), Duration::from_secs(1)).err().expect(trouble).to_string();
     let result = controller.end();
-    println!("{trouble}: {said}");
+    println!("{trouble}: {error}");
     assert_eq!(result["violations"].as_array().map(Vec::len), Some(0), "{result}");
     assert_near(&numbers(&result["joints"])[..RAIL], &START, 1e-6);
-    said
+    error
 }
 
 #[test]
 #[ignore = "needs airo-fanuc: SOFTDOCK_PEER_PYTHON"]
 fn refusals_quote_the_strict_controller() {
     let _alone = alone();
-    let said = refused_by("estop");
-    assert!(said.contains("its servos are off: SRVO-001 Operator panel E-stop"), "{said}");
+    let error = refused_by("estop");
+    assert!(error.contains("its servos are off: SRVO-001 Operator panel E-stop"), "{error}");
     assert!(refused_by("teach").contains("teach pendant is on"));
-    let said = refused_by("state");
-    assert!(said.contains("refuses FRC_Initialize with error 2556943: Invalid Controller State"), "{said}");
+    let error = refused_by("state");
+    assert!(error.contains("refuses FRC_Initialize with error 2556943: Invalid Controller State"), "{error}");
     assert!(refused_by("program").contains("is not ready for commands"));
 }
 
@@ -130,11 +130,11 @@ fn airo_fanuc_moves_our_controller() {
     controller.obey(rmi.remote());
     let start = std::array::from_fn(|axis| START.get(axis).map_or(0.0, |angle| angle.to_radians()));
     let served = Served::start(move |over| serve_controller(port, controller, at_rest(start), over));
-    let told = PythonPeer::start("fanuc_client.py", &[&stream, &arming]).told();
+    let result = PythonPeer::start("fanuc_client.py", &[&stream, &arming]).next_line();
     let end = served.end();
-    assert_eq!(told["result"], "done", "{told}");
+    assert_eq!(result["result"], "done", "{result}");
     let there: Vec<_> = START.iter().map(|angle| angle + 5.0).collect();
-    assert_near(&numbers(&told["joints"]), &there, 0.01);
+    assert_near(&numbers(&result["joints"]), &there, 0.01);
     let joints: Vec<_> = end.position[..RAIL].iter().map(|angle| angle.to_degrees()).collect();
     assert_near(&joints, &there, 0.01);
 }

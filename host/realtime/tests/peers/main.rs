@@ -58,21 +58,21 @@ impl PythonPeer {
     }
 
     /// Returns the next line of the peer.
-    fn told(&mut self) -> Value {
+    fn next_line(&mut self) -> Value {
         let mut line = String::new();
         self.stdout.read_line(&mut line).unwrap();
         serde_json::from_str(&line).unwrap_or_else(|_| panic!("the peer printed {line:?}"))
     }
 
     /// Returns a port from the peer's first line.
-    fn port(told: &Value, key: &str) -> u16 {
-        u16::try_from(told[key].as_u64().unwrap()).unwrap()
+    fn port(value: &Value, key: &str) -> u16 {
+        u16::try_from(value[key].as_u64().unwrap()).unwrap()
     }
 
     /// Ends the peer, and returns its result.
     fn end(&mut self) -> Value {
         self.stdin.write_all(b"\n").unwrap();
-        self.told()
+        self.next_line()
     }
 }
 
@@ -84,14 +84,20 @@ impl Drop for PythonPeer {
 }
 
 /// Returns numbers from a peer's result.
-fn numbers(told: &Value) -> Vec<f64> {
-    told.as_array().unwrap_or_else(|| panic!("{told} is no list")).iter().map(|value| value.as_f64().unwrap()).collect()
+fn numbers(value: &Value) -> Vec<f64> {
+    value
+        .as_array()
+        .unwrap_or_else(|| panic!("{value} is no list"))
+        .iter()
+        .map(|value| value.as_f64().unwrap())
+        .collect()
 }
 
 #[track_caller]
-fn assert_near(told: &[f64], expected: &[f64], tolerance: f64) {
-    let near = told.len() == expected.len() && told.iter().zip(expected).all(|(a, b)| (a - b).abs() <= tolerance);
-    assert!(near, "{told:?} is not {expected:?}");
+fn assert_near(measured: &[f64], expected: &[f64], tolerance: f64) {
+    let near =
+        measured.len() == expected.len() && measured.iter().zip(expected).all(|(a, b)| (a - b).abs() <= tolerance);
+    assert!(near, "{measured:?} is not {expected:?}");
 }
 
 /// An emulated device on a socket and the machine's clock, until dropped.
@@ -169,7 +175,7 @@ fn at_rest(position: [f64; AXES]) -> RobotState {
         stamp: Nanos(0),
         received: Nanos(0),
         position,
-        asked: Some(position),
+        reported_set_point: Some(position),
         torque: None,
         pose: None,
         late_answers: 0,

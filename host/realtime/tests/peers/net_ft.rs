@@ -32,7 +32,7 @@ fn wait_for_sample(driver: &mut NetFt<UdpPort>) -> ForceSample {
 fn our_driver_reads_pynetfts_fake_sensor() {
     let _alone = alone();
     let mut sensor = PythonPeer::start("net_ft_sensor.py", &[]);
-    let ports = sensor.told();
+    let ports = sensor.next_line();
     let address = |key| loopback(PythonPeer::port(&ports, key));
     let calibration = fetch_calibration(address("http"), Duration::from_secs(5)).unwrap();
     assert_eq!(calibration.product, "Gamma");
@@ -80,7 +80,7 @@ fn pynetft_reads_our_box() {
     let http = server.local_address().port().to_string();
     let sensor = NetBox::new(calibration, Nanos::from_millis(1));
     let served = Served::start(move |over| serve_sensor(port, sensor, load(), over));
-    let result = PythonPeer::start("net_ft_client.py", &["pynetft", "127.0.0.1", &rdt, &http]).told();
+    let result = PythonPeer::start("net_ft_client.py", &["pynetft", "127.0.0.1", &rdt, &http]).next_line();
     served.end();
     assert_near(&numbers(&result["wrench"]), &[1.5, -2.5, 300.0, 0.25, 0.5, -12.0], 1e-6);
     assert_near(&numbers(&result["biased"]), &[0.0; 6], 1e-6);
@@ -98,7 +98,7 @@ fn netft_reads_our_box() {
     let port = UdpPort::bind(address).unwrap();
     let sensor = NetBox::new(NetFtCalibration::new(1e6, 1e6).unwrap(), Nanos::from_micros(143));
     let served = Served::start(move |over| serve_sensor(port, sensor, load(), over));
-    let result = PythonPeer::start("net_ft_client.py", &["NetFT", "127.0.0.2", "0", "0"]).told();
+    let result = PythonPeer::start("net_ft_client.py", &["NetFT", "127.0.0.2", "0", "0"]).next_line();
     served.end();
     let counts = [1.5e6, -2.5e6, 3e8, 2.5e5, 5e5, -1.2e7];
     assert_near(&numbers(&result["single"]), &counts, 0.0);

@@ -80,7 +80,7 @@ fn report_round_trips() {
         stamp: Nanos(17),
         received: Nanos(9_000),
         position: [0.5; AXES],
-        asked: None,
+        reported_set_point: None,
         torque: Some([f64::NAN; AXES]),
         pose: Some(Pose { position: vec3(1.0, 2.0, 3.0), attitude: Quat { w: 1.0, v: vec3(0.0, 0.0, 0.0) } }),
         late_answers: 3,
@@ -112,9 +112,9 @@ fn sample_round_trips() {
 #[test]
 fn commands_are_recorded() {
     let mut record = RobotRecord::BLANK;
-    record.tell(Some(&Order::Move([0.25; AXES])));
+    record.set_command(Some(&Order::Move([0.25; AXES])));
     assert_eq!((record.order, record.command), (OrderKind::Move, [0.25; AXES]));
-    record.tell(Some(&Order::Hold));
+    record.set_command(Some(&Order::Hold));
     assert_eq!(record.order, OrderKind::Hold);
     assert!(record.command[0].is_nan());
 }

@@ -12,11 +12,11 @@ fn topics() -> Topics {
 #[test]
 fn every_column_has_one_topic() {
     let topics = topics();
-    let mut carried = vec![0; topics.columns.len()];
+    let mut topic_counts = vec![0; topics.columns.len()];
     for place in topics.topics.iter().flat_map(Topic::places) {
-        carried[place] += 1;
+        topic_counts[place] += 1;
     }
-    for (count, column) in carried.iter().zip(&topics.columns) {
+    for (count, column) in topic_counts.iter().zip(&topics.columns) {
         assert_eq!(*count, 1, "{}", column.name);
     }
 }

@@ -8,14 +8,14 @@ use std::sync::mpsc;
 
 /// A sink that waits for permission before each record.
 struct Slow {
-    leave: mpsc::Receiver<()>,
+    permission: mpsc::Receiver<()>,
     seen: mpsc::Sender<(u64, u64, u32)>,
     records: u64,
 }
 
 impl LogSink for Slow {
     fn write(&mut self, record: &CycleRecord) -> Result<(), LogError> {
-        let _ = self.leave.recv();
+        let _ = self.permission.recv();
         self.records += 1;
         let _ = self.seen.send((record.cycle, record.log_dropped, record.flags));
         Ok(())
@@ -47,16 +47,16 @@ fn records_arrive_complete_and_in_order() {
 
 #[test]
 fn full_ring_drops_and_counts_records() {
-    let (leave, given) = mpsc::channel();
+    let (permission, given) = mpsc::channel();
     let (seen, out) = mpsc::channel();
-    let mut log = LogWriter::start(Slow { leave: given, seen, records: 0 }, 8).expect("a thread");
+    let mut log = LogWriter::start(Slow { permission: given, seen, records: 0 }, 8).expect("a thread");
     let handed: Vec<Handed> = (0..20).map(|n| log.push(sample::cycle(n))).collect();
     // The thread may have taken one record before it waits.
     let over = handed.iter().filter(|handed| **handed == Handed::Over).count();
     assert!((8..=9).contains(&over), "{handed:?}");
     assert_eq!(handed.last(), Some(&Handed::Dropped));
     assert_eq!(log.dropped(), 20 - over as u64);
-    drop(leave);
+    drop(permission);
     while log.ring.slots() < 8 {
         thread::sleep(REST);
     }

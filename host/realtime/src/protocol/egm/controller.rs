@@ -39,10 +39,10 @@ pub struct EgmController {
     settings: EgmSettings,
     sequence: u32,
     commanded: Option<u32>,
-    asked: Option<[f64; AXES]>,
+    target: Option<[f64; AXES]>,
     line: Option<Line>,
     /// Last target taken.
-    heard: Nanos,
+    last_target: Nanos,
     /// Time since which it is at its target.
     settled_since: Option<Nanos>,
     force: Option<Wrench<f64>>,
@@ -56,9 +56,9 @@ impl EgmController {
             settings,
             sequence: 0,
             commanded: None,
-            asked: None,
+            target: None,
             line: None,
-            heard: Nanos(0),
+            last_target: Nanos(0),
             settled_since: None,
             force: None,
             fault: None,
@@ -72,13 +72,13 @@ impl EgmController {
 
     /// Evaluates the two conditions that end a session.
     fn watch(&mut self, now: Nanos, measured: &[f64; AXES]) {
-        let Some(asked) = self.asked else {
+        let Some(target) = self.target else {
             return;
         };
-        if now - self.heard > self.settings.silence {
+        if now - self.last_target > self.settings.silence {
             self.fault = Some("CommTimeout: no more targets");
         }
-        let near = (0..RAIL).all(|axis| (measured[axis] - asked[axis]).abs() < CONVERGED);
+        let near = (0..RAIL).all(|axis| (measured[axis] - target[axis]).abs() < CONVERGED);
         self.settled_since = near.then(|| self.settled_since.unwrap_or(now));
         if let (Some(since), Some(time)) = (self.settled_since, self.settings.settled)
             && now - since >= time
@@ -108,7 +108,7 @@ impl EmulatedController for EgmController {
             return;
         }
         // Joints without a target keep their last one.
-        let mut target = self.asked.unwrap_or(line.to);
+        let mut target = self.target.unwrap_or(line.to);
         for (axis, degrees) in target[..RAIL].iter_mut().zip(command.planned.joints.as_slice()) {
             *axis = degrees.to_radians();
         }
@@ -116,7 +116,7 @@ impl EmulatedController for EgmController {
             target[RAIL] = rail * 1e-3;
         }
         if plausible(&target) {
-            (self.commanded, self.asked, self.heard) = (Some(command.sequence), Some(target), now);
+            (self.commanded, self.target, self.last_target) = (Some(command.sequence), Some(target), now);
         }
     }
 
@@ -129,8 +129,8 @@ impl EmulatedController for EgmController {
             self.watch(now, &state.position);
         }
         let from = self.line.map_or(state.position, |line| line.at(now, self.settings.cycle));
-        let asked = self.asked.filter(|_| self.fault.is_none());
-        self.line = Some(Line { from, to: asked.unwrap_or(from), since: now });
+        let target = self.target.filter(|_| self.fault.is_none());
+        self.line = Some(Line { from, to: target.unwrap_or(from), since: now });
         // After the session the robot continues to report that EGM has stopped.
         let report = RobotReport {
             sequence: self.sequence,
@@ -158,11 +158,11 @@ impl EmulatedController for EgmController {
     }
 
     fn has_client(&self) -> bool {
-        self.asked.is_some() && self.fault.is_none()
+        self.target.is_some() && self.fault.is_none()
     }
 
     fn renew(&mut self, at: [f64; AXES]) {
-        (self.fault, self.commanded, self.asked, self.settled_since) = (None, None, None, None);
+        (self.fault, self.commanded, self.target, self.settled_since) = (None, None, None, None);
         self.line = self.line.map(|line| Line { from: at, to: at, ..line });
     }
 }

@@ -29,7 +29,7 @@ struct Session {
     /// Progress of the message count.
     succession: Succession,
     /// Holding position before any motion, later the last target: joints \[rad\], rail \[m\].
-    asked: Option<[f64; AXES]>,
+    target: Option<[f64; AXES]>,
     /// Deadline for answering the last report.
     pending: Option<Nanos>,
     /// Count of our messages.
@@ -59,8 +59,8 @@ fn axes(motion: &EgmMotion, rail: bool) -> Option<[f64; AXES]> {
 }
 
 /// Returns the tool's pose; `None` for a quaternion of zero length.
-fn pose(told: [f64; 7]) -> Option<Pose<f64>> {
-    let [x, y, z, u0, u1, u2, u3] = told;
+fn pose(fields: [f64; 7]) -> Option<Pose<f64>> {
+    let [x, y, z, u0, u1, u2, u3] = fields;
     let length = (u0 * u0 + u1 * u1 + u2 * u2 + u3 * u3).sqrt();
     let attitude = Quat { w: u0, v: vec3(u1, u2, u3) };
     (0.9..1.1)
@@ -72,16 +72,16 @@ fn pose(told: [f64; 7]) -> Option<Pose<f64>> {
 fn state(report: &RobotReport, rail: bool, received: Nanos) -> Option<RobotState> {
     let position = axes(&report.feedback, rail)?;
     let torque = report.torque.as_slice();
-    let told = report.feedback.pose;
-    let believable = told.is_none_or(|told| told.iter().all(|value| value.abs() <= MAX_POSE))
+    let reported = report.feedback.pose;
+    let believable = reported.is_none_or(|reported| reported.iter().all(|value| value.abs() <= MAX_POSE))
         && torque.iter().all(|value| value.abs() <= MAX_EFFORT);
     believable.then(|| RobotState {
         stamp: Nanos(0),
         received,
         position,
-        asked: axes(&report.planned, rail),
+        reported_set_point: axes(&report.planned, rail),
         torque: (!torque.is_empty()).then(|| std::array::from_fn(|axis| torque.get(axis).copied().unwrap_or(0.0))),
-        pose: told.and_then(pose),
+        pose: reported.and_then(pose),
         late_answers: 0,
         ready: report.motors_on && report.running && report.rapid_running,
     })
@@ -103,10 +103,10 @@ fn take(
     if !session.succession.admits(report.sequence, report.time_ms, counters) {
         return None;
     }
-    if session.asked.is_none() || !state.ready {
+    if session.target.is_none() || !state.ready {
         // Holds at the planner's position: the measured one sags under load. Until the robot follows, others may move
         // it; it must then be held where it is.
-        session.asked = state.asked.or(Some(state.position));
+        session.target = state.reported_set_point.or(Some(state.position));
     }
     state.stamp = session.succession.stamp;
     state.ready &= !session.ended;
@@ -139,7 +139,7 @@ impl<P: Port> RobotLink for EgmRobot<P> {
     }
 
     fn send(&mut self, order: &Order) -> Result<(), LinkFault> {
-        let (Some(held), Some(to)) = (self.session.asked, self.peer.address()) else {
+        let (Some(held), Some(to)) = (self.session.target, self.peer.address()) else {
             return Ok(());
         };
         let target = match order {
@@ -165,7 +165,7 @@ impl<P: Port> RobotLink for EgmRobot<P> {
         let message = command.message();
         self.port.send(message.as_bytes().ok_or(LinkFault::Unsendable("the message is too long"))?, to)?;
         self.session.sent = self.session.sent.wrapping_add(1);
-        self.session.asked = Some(target);
+        self.session.target = Some(target);
         // EGM has no message that ends a session: the last target is repeated until the robot has converged.
         self.session.ended |= matches!(order, Order::End(_));
         Ok(())

@@ -173,7 +173,7 @@ impl Drives {
             (BringUpPhase::Resting | BringUpPhase::Enabling(_), Aim::Finish(_)) => BringUpPhase::Ended,
             (BringUpPhase::Following, Aim::Finish(_)) => BringUpPhase::Finishing(0, 0),
             (BringUpPhase::Finishing(cycles, still), Aim::Finish(targets)) => {
-                let still = if self.stands(targets, reports) { still + 1 } else { 0 };
+                let still = if self.is_standing(targets, reports) { still + 1 } else { 0 };
                 if still >= STANDING_CYCLES || cycles >= FINISH_CYCLES {
                     BringUpPhase::Ended
                 } else {
@@ -183,7 +183,7 @@ impl Drives {
         }
     }
 
-    fn stands(&self, targets: &[i32; AXES], reports: &[Report; AXES]) -> bool {
+    fn is_standing(&self, targets: &[i32; AXES], reports: &[Report; AXES]) -> bool {
         self.drives[..self.count].iter().zip(targets).zip(reports).all(|((drive, target), report)| {
             // Two counts are the noise of an encoder at rest.
             let still = (drive.step / STANDING_SHARE).max(2).unsigned_abs();

@@ -143,7 +143,7 @@ impl Opening<'_> {
             let name = device.name().to_owned();
             let set = watchdog::set(&device, config.watchdog);
             let found = self.step("setting the watchdog of a drive", STATE_SECONDS, set)?;
-            judge(place.station, &name, found, &config)?;
+            check_watchdog(place.station, &name, found, &config)?;
             let mapped = place.outputs.mode.is_some();
             let set = parameters(&device, axis, config.cycle, clocks, mapped);
             self.step("setting the parameters of a drive", STATE_SECONDS, set)?;
@@ -188,15 +188,15 @@ impl Opening<'_> {
     }
 
     /// After the configuration of the drives, checks that their watchdogs are unchanged and triggered by frames.
-    fn look_at_watchdogs<S: HasPdi, D>(&mut self, group: &Group<S, D>, places: &[Place]) -> Result<(), OpenError> {
+    fn check_watchdogs<S: HasPdi, D>(&mut self, group: &Group<S, D>, places: &[Place]) -> Result<(), OpenError> {
         let (main, config) = (self.main, *self.config);
         for place in places {
             let Ok(device) = group.subdevice(main, place.station) else { continue };
             let name = device.name().to_owned();
             let found = self.step("reading back the watchdog of a drive", STATE_SECONDS, watchdog::read(&device))?;
-            judge(place.station, &name, found, &config)?;
-            let look = watchdog::triggers(&device);
-            let (triggers, control) = self.step("reading the sync managers of a drive", STATE_SECONDS, look)?;
+            check_watchdog(place.station, &name, found, &config)?;
+            let trigger = watchdog::triggers(&device);
+            let (triggers, control) = self.step("reading the sync managers of a drive", STATE_SECONDS, trigger)?;
             if !triggers {
                 let text = format!(
                     "the sync manager of its outputs triggers no watchdog (bit 6 of its control byte, {control:02X})"
@@ -220,7 +220,7 @@ impl Opening<'_> {
         for _ in 0..3 {
             self.step("reading the first inputs", STATE_SECONDS, transfer(&group, main, clocked))?;
         }
-        self.look_at_watchdogs(&group, places)?;
+        self.check_watchdogs(&group, places)?;
         read_group(&group, main, places, &mut reports);
         write_group(&group, main, places, &reports.map(at_rest));
         let group = self.step("asking for OP", STATE_SECONDS, group.request_into_op(main))?;
@@ -255,7 +255,7 @@ impl Opening<'_> {
 }
 
 /// Returns an error for a watchdog that is off, or expires too late or too early.
-fn judge(station: usize, name: &str, found: Watchdog, config: &EtherCatConfig) -> Result<(), OpenError> {
+fn check_watchdog(station: usize, name: &str, found: Watchdog, config: &EtherCatConfig) -> Result<(), OpenError> {
     let flaw = found.flaw(config.watchdog, config.cycle);
     flaw.map_or(Ok(()), |flaw| Err(OpenError::Drive(station, name.to_owned(), flaw)))
 }
@@ -362,11 +362,11 @@ mod tests {
 
     #[test]
     fn cycles_are_encoded_in_the_largest_exact_unit() {
-        let told = |micros| interpolation_period(Nanos::from_micros(micros));
-        assert_eq!(told(1000), Some((1, -3)));
-        assert_eq!(told(4000), Some((4, -3)));
-        assert_eq!(told(250), Some((25, -5)));
-        assert_eq!(told(125), Some((125, -6)));
+        let period = |micros| interpolation_period(Nanos::from_micros(micros));
+        assert_eq!(period(1000), Some((1, -3)));
+        assert_eq!(period(4000), Some((4, -3)));
+        assert_eq!(period(250), Some((25, -5)));
+        assert_eq!(period(125), Some((125, -6)));
         assert_eq!(interpolation_period(Nanos(333_333)), None);
     }
 }

@@ -203,7 +203,7 @@ impl EtherCatRobot {
             stamp: exchange.clock.unwrap_or(received),
             received,
             position,
-            asked: Some(asked),
+            reported_set_point: Some(asked),
             torque,
             pose: None,
             late_answers: self.late_answers,

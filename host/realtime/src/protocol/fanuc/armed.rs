@@ -181,28 +181,28 @@ mod tests {
 
     #[test]
     fn refusals_quote_the_controller() {
-        let (said, controller) = beside(|stream, rmi| {
-            let mut said = Vec::new();
+        let (errors, controller) = beside(|stream, rmi| {
+            let mut errors = Vec::new();
             rmi.remote().press_emergency_stop(true);
-            said.push(arm(stream, rmi.local_address()).err().expect("an emergency stop").to_string());
+            errors.push(arm(stream, rmi.local_address()).err().expect("an emergency stop").to_string());
             rmi.remote().press_emergency_stop(false);
             rmi.remote().teach(true);
-            said.push(arm(stream, rmi.local_address()).err().expect("a teach pendant").to_string());
+            errors.push(arm(stream, rmi.local_address()).err().expect("a teach pendant").to_string());
             rmi.remote().teach(false);
-            said.push(arm(loopback_of_nobody(), rmi.local_address()).err().expect("no stream").to_string());
-            said.push(arm(stream, SocketAddr::from(([127, 0, 0, 1], 1))).err().expect("no RMI").to_string());
+            errors.push(arm(unused_port(), rmi.local_address()).err().expect("no stream").to_string());
+            errors.push(arm(stream, SocketAddr::from(([127, 0, 0, 1], 1))).err().expect("no RMI").to_string());
             assert!(!rmi.remote().runs_program());
-            said
+            errors
         });
-        assert!(said[0].contains("its servos are off: SRVO-001 Operator panel E-stop"), "{}", said[0]);
-        assert!(said[1].contains("teach pendant is on"), "{}", said[1]);
-        assert!(said[2].contains("no Stream Motion status"), "{}", said[2]);
-        assert!(said[3].contains("does not answer FRC_Connect_STMO: Connection refused"), "{}", said[3]);
+        assert!(errors[0].contains("its servos are off: SRVO-001 Operator panel E-stop"), "{}", errors[0]);
+        assert!(errors[1].contains("teach pendant is on"), "{}", errors[1]);
+        assert!(errors[2].contains("no Stream Motion status"), "{}", errors[2]);
+        assert!(errors[3].contains("does not answer FRC_Connect_STMO: Connection refused"), "{}", errors[3]);
         assert_eq!(controller.line_at(Nanos(0)), Some(START), "nothing has moved");
     }
 
     /// An unused port.
-    fn loopback_of_nobody() -> SocketAddr {
+    fn unused_port() -> SocketAddr {
         UdpPort::bind(loopback()).unwrap().local_address().unwrap()
     }
 

@@ -68,7 +68,7 @@ pub struct FanucController {
     version: u32,
     client: Option<SocketAddr>,
     /// Time of that client's last datagram.
-    heard: Nanos,
+    last_datagram: Nanos,
     sequence: u32,
     /// Negotiated version, while it streams.
     streaming: Option<u32>,
@@ -80,7 +80,7 @@ pub struct FanucController {
     ended: bool,
     commanded: Option<u32>,
     /// Target.
-    asked: Option<[f64; AXES]>,
+    target: Option<[f64; AXES]>,
     /// Position and interpolation; from its first report on.
     line: Option<Line>,
     silent: u32,
@@ -95,14 +95,14 @@ impl FanucController {
             cycle,
             version: version.max(BASE_VERSION),
             client: None,
-            heard: Nanos(0),
+            last_datagram: Nanos(0),
             sequence: 0,
             streaming: None,
             program: true,
             remote: None,
             ended: false,
             commanded: None,
-            asked: None,
+            target: None,
             line: None,
             silent: 0,
             fault: None,
@@ -127,18 +127,18 @@ impl FanucController {
     }
 
     /// Applies the interface's requests since the last cycle.
-    fn look_at_remote(&mut self) {
+    fn apply_remote(&mut self) {
         let Some((remote, seen)) = &mut self.remote else { return };
         self.program = remote.runs_program();
         let resets = remote.resets.load(Ordering::Acquire);
         if resets != std::mem::replace(seen, resets) {
-            (self.fault, self.asked, self.commanded, self.silent) = (None, None, None, 0);
+            (self.fault, self.target, self.commanded, self.silent) = (None, None, None, 0);
         }
     }
 
     /// One client at a time: another one may start once its stream has stopped, or it is gone and commands nothing.
     fn may_start(&self, from: SocketAddr, now: Nanos) -> bool {
-        let free = self.streaming.is_none() || self.asked.is_none() && now - self.heard > FORGOTTEN;
+        let free = self.streaming.is_none() || self.target.is_none() && now - self.last_datagram > FORGOTTEN;
         free || self.client.is_none_or(|client| client == from)
     }
 
@@ -159,7 +159,7 @@ impl FanucController {
             self.fault = Some("Stream Motion was started in a version that was not negotiated");
         }
         self.streaming = Some(version);
-        (self.sequence, self.commanded, self.asked, self.silent, self.ended) = (0, None, None, 0, false);
+        (self.sequence, self.commanded, self.target, self.silent, self.ended) = (0, None, None, 0, false);
     }
 
     fn command(&mut self, sequence: u32, joints: &[f64; WIRE_AXES], last: bool) {
@@ -171,7 +171,7 @@ impl FanucController {
         for (axis, degrees) in target[..RAIL].iter_mut().zip(joints) {
             *axis = degrees.to_radians();
         }
-        let Some(from) = self.asked.or(self.line.map(|line| line.to)) else {
+        let Some(from) = self.target.or(self.line.map(|line| line.to)) else {
             return;
         };
         if (0..RAIL).any(|axis| (target[axis] - from[axis]).abs() > MAX_STEP) {
@@ -179,7 +179,7 @@ impl FanucController {
             return;
         }
         self.commanded = Some(sequence);
-        self.asked = Some(target);
+        self.target = Some(target);
         self.silent = 0;
         self.ended = last;
     }
@@ -196,7 +196,7 @@ impl EmulatedController for FanucController {
 
     fn take(&mut self, now: Nanos, from: SocketAddr, datagram: &[u8], out: Outbox) {
         if self.client == Some(from) {
-            self.heard = now;
+            self.last_datagram = now;
         }
         match FanucRequest::read(datagram) {
             Some(FanucRequest::Capability) => {
@@ -205,7 +205,7 @@ impl EmulatedController for FanucController {
                 out(from, reply.packet().as_bytes());
             }
             Some(FanucRequest::Start(version)) if self.may_start(from, now) => {
-                (self.client, self.heard) = (Some(from), now);
+                (self.client, self.last_datagram) = (Some(from), now);
                 self.start(version);
             }
             Some(FanucRequest::Stop) if self.client == Some(from) => self.streaming = None,
@@ -226,14 +226,14 @@ impl EmulatedController for FanucController {
     }
 
     fn report(&mut self, now: Nanos, state: &RobotState, out: Outbox) {
-        self.look_at_remote();
+        self.apply_remote();
         let from = self.line.map_or(state.position, |line| line.at(now, self.cycle));
-        let asked = self.asked.filter(|_| self.fault.is_none());
-        self.line = Some(Line { from, to: asked.unwrap_or(from), since: now });
+        let target = self.target.filter(|_| self.fault.is_none());
+        self.line = Some(Line { from, to: target.unwrap_or(from), since: now });
         let (Some(version), Some(client)) = (self.streaming, self.client) else {
             return;
         };
-        self.silent += u32::from(self.asked.is_some() && self.follows());
+        self.silent += u32::from(self.target.is_some() && self.follows());
         if self.silent > MAX_SILENT {
             self.fault = Some("no more commands");
         }
@@ -247,13 +247,13 @@ impl EmulatedController for FanucController {
     }
 
     fn has_client(&self) -> bool {
-        self.streaming.is_some() && self.asked.is_some() && self.follows()
+        self.streaming.is_some() && self.target.is_some() && self.follows()
     }
 
     fn renew(&mut self, at: [f64; AXES]) {
         self.line = self.line.map(|line| Line { from: at, to: at, ..line });
         (self.fault, self.streaming, self.client) = (None, None, None);
-        (self.asked, self.commanded, self.silent, self.ended) = (None, None, 0, false);
+        (self.target, self.commanded, self.silent, self.ended) = (None, None, 0, false);
     }
 }
 
@@ -263,11 +263,11 @@ fn report(version: u32, sequence: u32, waits: bool, robot_status: u8, now: Nanos
     for (angle, radians) in joints.iter_mut().zip(&state.position[..RAIL]) {
         *angle = radians.to_degrees() as f32;
     }
-    let mut pose = [0.0; WIRE_AXES];
-    if let Some(told) = state.pose {
-        let [r, p, w] = attitude::to_zyx(told.attitude).map(|angle| angle.to_degrees() as f32);
-        let position = told.position.map(|metres| (metres * 1e3) as f32);
-        pose[..6].copy_from_slice(&[position.x, position.y, position.z, w, p, r]);
+    let mut words = [0.0; WIRE_AXES];
+    if let Some(pose) = state.pose {
+        let [r, p, w] = attitude::to_zyx(pose.attitude).map(|angle| angle.to_degrees() as f32);
+        let position = pose.position.map(|metres| (metres * 1e3) as f32);
+        words[..6].copy_from_slice(&[position.x, position.y, position.z, w, p, r]);
     }
     FanucStatus {
         version,
@@ -276,7 +276,7 @@ fn report(version: u32, sequence: u32, waits: bool, robot_status: u8, now: Nanos
         robot_status,
         contact_stop: 0,
         time_stamp: (now.0 / 1_000_000) as u32,
-        pose,
+        pose: words,
         joints,
         currents: [0.0; WIRE_AXES],
         safety_scale: 1.0,

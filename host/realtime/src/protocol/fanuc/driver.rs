@@ -50,7 +50,7 @@ struct Session {
     /// Progress of the message count.
     succession: Succession,
     /// Last commanded targets \[rad\].
-    asked: Option<[f64; AXES]>,
+    target: Option<[f64; AXES]>,
     /// Status to be answered, and its deadline.
     pending: Option<(u32, Nanos)>,
     /// Number and time of the last command.
@@ -135,7 +135,7 @@ impl<P: Port> FanucRobot<P> {
             *angle = radians.to_degrees();
         }
         self.request(&FanucRequest::Command(FanucCommand { version, sequence, last, joints }))?;
-        self.session.asked = Some(target);
+        self.session.target = Some(target);
         self.session.commanded = Some((sequence, self.port.now()));
         self.session.ended |= last;
         Ok(())
@@ -169,7 +169,7 @@ fn take(
         stamp: session.succession.stamp,
         received: now,
         position,
-        asked: session.asked,
+        reported_set_point: session.target,
         torque: None,
         pose: Some(Pose { position: vec3(x * 1e-3, y * 1e-3, z * 1e-3), attitude }),
         late_answers: 0,
@@ -193,8 +193,8 @@ impl<P: Port> RobotLink for FanucRobot<P> {
             }
             counters.received += 1;
             match (FanucReply::read(datagram), phase_now) {
-                (Some(FanucReply::Capability(told)), Phase::Asked) => {
-                    capability = Some(told);
+                (Some(FanucReply::Capability(reported)), Phase::Asked) => {
+                    capability = Some(reported);
                     None
                 }
                 (Some(FanucReply::Status(status)), Phase::Started(version) | Phase::Streaming(version)) => {
@@ -227,7 +227,7 @@ impl<P: Port> RobotLink for FanucRobot<P> {
         self.session.pending = waits.map(|status| (status.sequence, state.received + self.cycle - MARGIN));
         if waits.is_none() {
             // It no longer follows: once it does, its first target is its present position.
-            self.session.asked = None;
+            self.session.target = None;
         }
         Ok(Some(state))
     }
@@ -241,7 +241,7 @@ impl<P: Port> RobotLink for FanucRobot<P> {
             *axis = f64::from(degrees).to_radians();
         }
         let target = match order {
-            Order::Hold => self.session.asked.unwrap_or(measured),
+            Order::Hold => self.session.target.unwrap_or(measured),
             Order::Move(target) | Order::End(target) => *target,
         };
         if !plausible(&target) {
@@ -271,10 +271,10 @@ impl<P: Port> RobotLink for FanucRobot<P> {
 impl<P: Port> Drop for FanucRobot<P> {
     fn drop(&mut self) {
         // A controller needs a command marked as the last before the stream stops.
-        if let (Some((sequence, _)), Some(asked), false) =
-            (self.session.commanded, self.session.asked, self.session.ended)
+        if let (Some((sequence, _)), Some(target), false) =
+            (self.session.commanded, self.session.target, self.session.ended)
         {
-            let _ = self.command(sequence.wrapping_add(1), asked, true);
+            let _ = self.command(sequence.wrapping_add(1), target, true);
         }
         let _ = self.request(&FanucRequest::Stop);
     }

@@ -92,8 +92,8 @@ impl Controller {
         let mut reader = BufReader::new(stream);
         let mut line = Vec::new();
         while !over.load(Ordering::Acquire) {
-            let room = MAX_LINE.saturating_sub(line.len() as u64);
-            match reader.by_ref().take(room).read_until(b'\n', &mut line) {
+            let remaining = MAX_LINE.saturating_sub(line.len() as u64);
+            match reader.by_ref().take(remaining).read_until(b'\n', &mut line) {
                 Ok(0) => break,
                 Ok(_) if line.ends_with(b"\n") => {}
                 Ok(_) => continue,
@@ -123,7 +123,7 @@ impl Controller {
             }
             "FRC_Abort" => self.remote.run_program(false),
             "FRC_Reset" => self.remote.reset(),
-            "FRC_GetStatus" => self.tell_status(&mut reply),
+            "FRC_GetStatus" => self.write_status(&mut reply),
             "FRC_GetExtStatus" => {
                 let powered = u8::from(!self.remote.is_stopped());
                 let fields =
@@ -139,7 +139,7 @@ impl Controller {
         Some(reply)
     }
 
-    fn tell_status(&self, reply: &mut Value) {
+    fn write_status(&self, reply: &mut Value) {
         let runs = u64::from(self.remote.runs_program());
         let fields = [
             ("ServoReady", u64::from(!self.remote.is_stopped())),

@@ -58,7 +58,7 @@ fn fuzz(name: &str, count: u64, valid: &[Vec<u8>], mut feed: impl FnMut(u64, &[u
 
 fn assert_sound(state: &RobotState) {
     assert!(plausible(&state.position), "{state:?}");
-    assert!(state.asked.is_none_or(|asked| plausible(&asked)), "{state:?}");
+    assert!(state.reported_set_point.is_none_or(|asked| plausible(&asked)), "{state:?}");
     assert!(state.torque.is_none_or(|torque| torque.iter().all(|value| value.abs() <= MAX_EFFORT)), "{state:?}");
     assert!(
         state.pose.is_none_or(|pose| pose.position.norm() < 1e4 && pose.attitude.v.norm() <= 1.0 + 1e-9),

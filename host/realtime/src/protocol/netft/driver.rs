@@ -54,7 +54,7 @@ pub struct NetFt<P: Port> {
     stream: Stream,
     peak: Peak,
     /// Time of the last record or request.
-    heard: Nanos,
+    last_datagram: Nanos,
     /// Whether any record has arrived: before that, silence means that the box is starting its stream.
     begun: bool,
 }
@@ -79,7 +79,7 @@ impl<P: Port> NetFt<P> {
         let peer = Peer::at(settings.sensor);
         let counters = LinkCounters::default();
         let mut driver =
-            Self { port, settings, peer, counters, stream, peak: Peak::default(), heard: now, begun: false };
+            Self { port, settings, peer, counters, stream, peak: Peak::default(), last_datagram: now, begun: false };
         driver.request(RdtCommand::Stream)?;
         Ok(driver)
     }
@@ -102,13 +102,13 @@ impl<P: Port> NetFt<P> {
         let now = self.port.now();
         // A box needs a moment to start; a request to a switched-off box is lost and repeated.
         let allowed = if self.begun { self.settings.silence } else { self.settings.silence.max(RESTART) };
-        if now - self.heard <= allowed {
+        if now - self.last_datagram <= allowed {
             return Ok(());
         }
         if self.settings.on_silence == OnSilence::Stop {
             return Err(LinkFault::Stopped("the force/torque sensor sends no more records"));
         }
-        self.heard = now;
+        self.last_datagram = now;
         self.stream = Stream { requested: now, fresh: true, ..self.stream };
         self.request(RdtCommand::Stream)
     }
@@ -190,8 +190,8 @@ impl<P: Port> ForceSensor for NetFt<P> {
             self.meet_silence()?;
             return Ok(None);
         };
-        (self.heard, self.begun) = (sample.received, true);
-        Ok(Some(ForceSample { saturated, invalid, peak: self.peak.look(sample.wrench), ..sample }))
+        (self.last_datagram, self.begun) = (sample.received, true);
+        Ok(Some(ForceSample { saturated, invalid, peak: self.peak.read(sample.wrench), ..sample }))
     }
 
     fn counters(&self) -> LinkCounters {

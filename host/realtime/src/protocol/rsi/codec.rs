@@ -16,7 +16,7 @@ pub(crate) type Message = Text<MAX_MESSAGE>;
 pub struct Rob {
     groups: [[f64; 6]; RsiGroup::ALL.len()],
     /// Present values of each group, one bit each.
-    seen: [u8; RsiGroup::ALL.len()],
+    present: [u8; RsiGroup::ALL.len()],
     /// Late answers counted by the controller.
     pub delay: u32,
     /// Its time, which an answer must repeat.
@@ -26,7 +26,7 @@ pub struct Rob {
 impl Rob {
     /// Creates a report without values.
     pub fn new(ipoc: u64, delay: u32) -> Self {
-        Self { groups: [[0.0; 6]; RsiGroup::ALL.len()], seen: [0; RsiGroup::ALL.len()], delay, ipoc }
+        Self { groups: [[0.0; 6]; RsiGroup::ALL.len()], present: [0; RsiGroup::ALL.len()], delay, ipoc }
     }
 
     /// Returns the values of a group \[deg, mm, N m\]; zeros if absent.
@@ -37,12 +37,12 @@ impl Rob {
     /// Sets the values of a group.
     pub fn set(&mut self, group: RsiGroup, values: [f64; 6]) {
         self.groups[group as usize] = values;
-        self.seen[group as usize] = 0b11_1111;
+        self.present[group as usize] = 0b11_1111;
     }
 
     /// Whether every mapped group is present (of the external axes, the rail).
     pub fn is_complete(&self, tags: &TagMap) -> bool {
-        tags.is_complete(&self.seen)
+        tags.is_complete(&self.present)
     }
 
     /// Parses a report. Skips unknown elements and attributes: contexts may send more.
@@ -80,10 +80,10 @@ impl Rob {
             if tags.element(group).is_some_and(|tag| tag.as_bytes() == element) {
                 if let Some(index) = group.attributes().iter().position(|known| known.as_bytes() == name) {
                     let bit = 1 << index;
-                    if self.seen[group as usize] & bit != 0 {
+                    if self.present[group as usize] & bit != 0 {
                         return Err(RsiFormatError);
                     }
-                    self.seen[group as usize] |= bit;
+                    self.present[group as usize] |= bit;
                     self.groups[group as usize][index] = number(value)?;
                 }
                 return Ok(());

@@ -40,7 +40,7 @@ struct Session {
     /// Set-points at its begin, the reference of absolute corrections: joints \[rad\], rail \[m\].
     start: [f64; AXES],
     /// Set-points that result from our answers.
-    asked: [f64; AXES],
+    target: [f64; AXES],
     /// Whether a correction other than zero was sent.
     moved: bool,
     ipoc: u64,
@@ -58,7 +58,7 @@ impl Session {
     fn new(start: [f64; AXES], rob: &Rob, received: Nanos) -> Self {
         Self {
             start,
-            asked: start,
+            target: start,
             moved: false,
             ipoc: rob.ipoc,
             answered: false,
@@ -168,7 +168,7 @@ fn take(
             ));
         }
         let start = state.set_point();
-        (known.start, known.asked) = (start, start);
+        (known.start, known.target) = (start, start);
     }
     Ok(Some(Report { state, ipoc: rob.ipoc }))
 }
@@ -184,7 +184,7 @@ fn axes(joints: [f64; 6], external: [f64; 6], rail: bool) -> [f64; AXES] {
 }
 
 fn state(rob: &Rob, tags: &TagMap, now: Nanos) -> RobotState {
-    let asked = (tags.axes_asked.is_some()).then(|| {
+    let target = (tags.axes_asked.is_some()).then(|| {
         // Without reported set-points the rail holds its measured position.
         let external = if tags.external_asked.is_some() { RsiGroup::ExternalAsked } else { RsiGroup::External };
         axes(rob.group(RsiGroup::AxesAsked), rob.group(external), tags.rail)
@@ -202,7 +202,7 @@ fn state(rob: &Rob, tags: &TagMap, now: Nanos) -> RobotState {
         stamp: Nanos(rob.ipoc as i64 * 1_000_000),
         received: now,
         position: axes(rob.group(RsiGroup::Axes), rob.group(RsiGroup::External), tags.rail),
-        asked,
+        reported_set_point: target,
         torque,
         pose,
         late_answers: rob.delay,
@@ -212,7 +212,7 @@ fn state(rob: &Rob, tags: &TagMap, now: Nanos) -> RobotState {
 
 fn believable(rob: &Rob, state: &RobotState) -> bool {
     plausible(&state.position)
-        && state.asked.is_none_or(|asked| plausible(&asked))
+        && state.reported_set_point.is_none_or(|target| plausible(&target))
         && state.torque.is_none_or(|torque| torque.iter().all(|value| value.abs() <= MAX_EFFORT))
         && rob.group(RsiGroup::Pose).iter().all(|value| value.abs() <= MAX_POSE)
 }
@@ -220,7 +220,7 @@ fn believable(rob: &Rob, state: &RobotState) -> bool {
 /// Returns the answer for a command, and the resulting set-points.
 fn answer(tags: &TagMap, session: &Session, order: &Order, ipoc: u64) -> Result<(Sen, [f64; AXES]), LinkFault> {
     let target = match order {
-        Order::Hold => session.asked,
+        Order::Hold => session.target,
         Order::Move(target) | Order::End(target) => *target,
     };
     if !plausible(&target) {
@@ -228,7 +228,7 @@ fn answer(tags: &TagMap, session: &Session, order: &Order, ipoc: u64) -> Result<
     }
     let from = match tags.mode {
         Correction::Absolute => session.start,
-        Correction::Relative => session.asked,
+        Correction::Relative => session.target,
     };
     let correction: [f64; AXES] = std::array::from_fn(|axis| target[axis] - from[axis]);
     if !tags.rail && correction[RAIL].abs() > 1e-9 {
@@ -245,11 +245,11 @@ fn answer(tags: &TagMap, session: &Session, order: &Order, ipoc: u64) -> Result<
         ipoc,
     };
     // Counts the written values: increments below the last decimal must not be lost.
-    let asked = std::array::from_fn(|axis| match axis {
+    let target = std::array::from_fn(|axis| match axis {
         RAIL => from[RAIL] + written[RAIL] * 1e-3,
         _ => from[axis] + written[axis].to_radians(),
     });
-    Ok((sen, asked))
+    Ok((sen, target))
 }
 
 /// Rounds a value to six decimals.
@@ -308,7 +308,7 @@ impl<P: Port> RobotLink for RsiRobot<P> {
             return Ok(());
         };
         // The end request is repeated, in case an answer was lost.
-        let end = Order::End(session.asked);
+        let end = Order::End(session.target);
         let order = if self.ended { &end } else { order };
         let (sen, target) = answer(&self.tags, &session, order, pending.ipoc)?;
         sen.write(&self.tags, &mut self.message).map_err(|_| LinkFault::Unsendable("the message is too long"))?;
@@ -317,7 +317,7 @@ impl<P: Port> RobotLink for RsiRobot<P> {
             return Ok(());
         }
         self.port.send(self.message.as_bytes(), to)?;
-        session.asked = target;
+        session.target = target;
         session.answered = true;
         session.moved |= matches!(order, Order::Move(_));
         self.session = Some(session);

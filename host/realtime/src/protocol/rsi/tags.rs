@@ -162,10 +162,10 @@ impl TagMap {
     }
 
     /// Whether a mapped element has all attributes of a state: of the external axes only the rail.
-    pub(super) fn is_complete(&self, seen: &[u8; RsiGroup::ALL.len()]) -> bool {
+    pub(super) fn is_complete(&self, present: &[u8; RsiGroup::ALL.len()]) -> bool {
         RsiGroup::ALL.iter().all(|&group| {
             let needed = if matches!(group, RsiGroup::External | RsiGroup::ExternalAsked) { 0b1 } else { 0b11_1111 };
-            self.element(group).is_none() || seen[group as usize] & needed == needed
+            self.element(group).is_none() || present[group as usize] & needed == needed
         })
     }
 }

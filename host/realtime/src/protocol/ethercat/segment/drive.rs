@@ -187,8 +187,8 @@ impl DriveModel {
             object::POSITION => self.counts() as u32,
             object::VELOCITY => (self.velocity.round() as i32) as u32,
             object::TORQUE => {
-                let pull = if self.enabled() { (f64::from(self.target) - self.position) * 0.1 } else { 0.0 };
-                u32::from(pull.clamp(-1000.0, 1000.0) as i16 as u16)
+                let torque = if self.enabled() { (f64::from(self.target) - self.position) * 0.1 } else { 0.0 };
+                u32::from(torque.clamp(-1000.0, 1000.0) as i16 as u16)
             }
             object::MODE_DISPLAY => u32::from(self.mode as u8),
             object::ERROR_CODE => u32::from(self.error),

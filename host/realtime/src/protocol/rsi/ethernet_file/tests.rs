@@ -120,11 +120,11 @@ fn every_error_states_line_and_element() {
         ("<SENTYPE>", "<SENTYPE>&amp;", "line 7, XML: entities and CDATA"),
     ];
     let expected = RsiExpectation { rail: true, ..PLAIN };
-    for (good, bad, said) in flaws {
+    for (good, bad, message) in flaws {
         let text = THEIRS.replacen(good, bad, 1);
         assert_ne!(text, THEIRS, "{good}");
         let error = read_rsi_ethernet(&text, &expected).expect_err(bad);
-        assert!(error.to_string().contains(said), "{bad}: {error}, not {said}");
+        assert!(error.to_string().contains(message), "{bad}: {error}, not {message}");
         assert!(!error.remedy.is_empty());
     }
     assert!(read_rsi_ethernet("", &expected).is_err());
