@@ -49,7 +49,7 @@ fn run(robot: &mut impl RobotLink, controller: &mut impl EmulatedController, por
         stamp: Nanos(0),
         received: Nanos(0),
         position: START,
-        asked: Some(START),
+        reported_set_point: Some(START),
         torque: Some([0.0; AXES]),
         pose: None,
         late_answers: 0,
