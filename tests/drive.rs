@@ -58,7 +58,7 @@ fn a_rehearsal_leaves_a_log_that_replays_bit_for_bit() {
     assert!(said.contains("equal, bit for bit") && said.contains("dead time"), "{said}");
     // A log is never written over.
     let said = expect(2, &format!("{DRIVE} --virtual --no-band --out {}", out.display()));
-    assert!(said.contains("holds the log of a drive already"), "{said}");
+    assert!(said.contains("already holds the log of a session"), "{said}");
 }
 
 #[test]
@@ -98,12 +98,12 @@ fn wrong_words_are_refused_and_leave_nothing() {
         ("--arm", "all links are emulated"),
         (
             "--arm --robot1 rsi://127.0.0.1:59152 --robot2 rsi://127.0.0.1:59153 --ft netft://127.0.0.1",
-            "nobody can say GO here",
+            "an armed session needs a terminal or a page for GO",
         ),
         ("--robot1 rsi://127.0.0.1:1?spin=3", "has no option `spin`"),
         ("--robot1 modbus://127.0.0.1", "no robot's protocol"),
-        ("--robot1 rsi://nowhere.invalid:59152", "is no host and port"),
-        ("--robot2 ethercat://nothing0", "does not say what the drives"),
+        ("--robot1 rsi://nowhere.invalid:59152", "is not a resolvable HOST:PORT"),
+        ("--robot2 ethercat://nothing0", "does not state the drive counts"),
         ("--ft serial://ttyS0", "no sensor's protocol"),
         ("--virtual --robot1 rsi://127.0.0.1:59152", "virtual time"),
         ("--facility campaigns/smoke.toml", "there is no key `seed`"),

@@ -65,7 +65,7 @@ pub struct Latency {
     pub warnings: Vec<Warning>,
 }
 
-/// Why the measurement failed.
+/// Error of the measurement.
 #[derive(Debug, thiserror::Error)]
 pub enum Unmeasured {
     /// The run cannot be driven.
@@ -160,7 +160,7 @@ fn serve(
     stop: Arc<AtomicBool>,
 ) -> io::Result<thread::JoinHandle<io::Result<Histogram>>> {
     thread::Builder::new().name("facility".to_owned()).spawn(move || {
-        // It stands for another machine: the cycle's thread has reported refused rights already.
+        // The thread stands for another machine: the cycle's thread has reported refused rights already.
         let _ = Realtime { core: None, strict: false, ..realtime }.apply();
         let mut lateness = Histogram::default();
         server::serve(&mut facility, &mut sockets, &stop, FOREVER, &mut lateness)?;

@@ -29,13 +29,13 @@ pub fn plausible(position: &[f64; AXES]) -> bool {
 pub struct Capabilities {
     /// Period of its commands.
     pub cycle: Nanos,
-    /// It is the clock master: each of its packets needs one answer within its cycle.
+    /// Whether it is the clock master: each of its packets needs one answer within its cycle.
     pub master: bool,
-    /// It has a rail.
+    /// Whether it has a rail.
     pub rail: bool,
-    /// It reports torques (or motor currents scaled to torques).
+    /// Whether it reports torques (or motor currents scaled to torques).
     pub torque: bool,
-    /// It reports the pose of its tool.
+    /// Whether it reports the pose of its tool.
     pub pose: bool,
 }
 
@@ -56,7 +56,7 @@ pub struct RobotState {
     pub pose: Option<Pose<f64>>,
     /// Answers of ours that it reports as late or missing.
     pub late_answers: u32,
-    /// It follows commands: drives on, no fault, no stop.
+    /// Whether it follows commands: drives on, no fault, no stop.
     pub ready: bool,
 }
 
@@ -192,7 +192,7 @@ pub trait RobotLink {
     /// Answers the last report. An answer after the end of that report's cycle is counted and not sent.
     ///
     /// # Errors
-    /// If the link cannot go on.
+    /// If the link has failed.
     fn send(&mut self, order: &Order) -> Result<(), LinkFault>;
 
     /// Returns the counters of the link.
@@ -207,7 +207,7 @@ pub trait ForceSensor {
     /// Returns the newest sample since the last call; `None` if none has arrived.
     ///
     /// # Errors
-    /// If the link cannot go on.
+    /// If the link has failed.
     fn latest(&mut self) -> Result<Option<ForceSample>, LinkFault>;
 
     /// Returns the counters of the link.

@@ -65,7 +65,7 @@ impl OperatorPage {
         let remedy = "write --serve 127.0.0.1:8765; to open it from another machine, forward that port with ssh";
         let wanted: SocketAddr = address
             .parse()
-            .map_err(|_| SessionError::refused(format!("`{address}` is not an ADDRESS:PORT"), remedy))?;
+            .map_err(|_| SessionError::refused(format!("`{address}` is no address of an operator's page"), remedy))?;
         if !wanted.ip().is_loopback() {
             return Err(SessionError::refused(
                 format!("{wanted} is reachable from other machines, and the page can move robots"),

@@ -65,7 +65,7 @@ pub struct SessionOptions {
     pub model: Option<PathBuf>,
     /// Facility file in place of the scenario's, with the same rules.
     pub facility: Option<PathBuf>,
-    /// Which run.
+    /// The run.
     pub run: RunChoice,
     /// Number of this repeat of the run, from 1: emulated links have other noise in each.
     pub repeat: u64,
@@ -283,7 +283,7 @@ pub(crate) fn chosen_run(campaign: &Campaign, choice: &RunChoice) -> Result<(u64
         RunChoice::Number(run) if *run < campaign.runs => Ok((*run, None)),
         RunChoice::Number(run) => Err(SessionError::refused(
             format!("run {run} of a campaign of {} runs", campaign.runs),
-            format!("select a run of 0 to {}", campaign.runs - 1),
+            format!("take one of 0 to {}", campaign.runs - 1),
         )),
     }
 }

@@ -3,7 +3,7 @@
 use crate::signals::{RAIL, axis_name};
 use std::fmt;
 
-/// How a value is compared with its limit.
+/// Comparison of a value with its limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Bound {
     /// At most the limit.
@@ -101,7 +101,7 @@ pub struct CheckRow {
     pub title: &'static str,
     /// Its unit.
     pub unit: CheckUnit,
-    /// How it is compared.
+    /// Comparison with the limit.
     pub bound: Bound,
     /// Remedy of a failure.
     pub remedy: &'static str,

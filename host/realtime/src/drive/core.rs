@@ -2,7 +2,7 @@
 //!
 //! Pure: equal inputs give equal commands and records, bit for bit, independent of clock and links.
 
-mod noting;
+mod recording;
 mod retracting;
 mod starting;
 
@@ -115,7 +115,7 @@ impl Orders {
     pub const HOLD: Self = Self { moved: [Some(Order::Hold); 2], stopping: false, over: false };
 }
 
-/// Why a session cannot be prepared.
+/// Error of preparing a session.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum Unprepared {
     /// A robot cannot hold its part at the scenario's start.

@@ -18,15 +18,15 @@ pub type Wires<'a> = &'a mut dyn FnMut(Endpoint, SocketAddr, &[u8]);
 pub enum Ailment {
     /// None.
     None,
-    /// It reports saturation.
+    /// Reported saturation.
     Saturated,
-    /// It reports invalid samples.
+    /// Reported invalid samples.
     Invalid,
-    /// It measures no contact, only the weight of its tool.
+    /// No measured contact, only the weight of the tool.
     Blind,
-    /// It sends nothing.
+    /// No samples.
     Silent,
-    /// It repeats the same sample.
+    /// The same sample repeatedly.
     Stuck,
 }
 

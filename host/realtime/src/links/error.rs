@@ -1,4 +1,4 @@
-//! Why a link cannot be opened.
+//! Errors of opening a link.
 
 use crate::protocol::ethercat::OpenError;
 use crate::protocol::netft::calibration::CalibrationError;
@@ -10,7 +10,7 @@ pub enum LinkError {
     /// An unusable address.
     #[error("{what}")]
     Address {
-        /// What is wrong.
+        /// Problem.
         what: String,
         /// Remedy.
         remedy: String,
@@ -18,7 +18,7 @@ pub enum LinkError {
     /// This machine, the controller or the sensor refuses the link.
     #[error("{what}")]
     Refused {
-        /// What is wrong.
+        /// Problem.
         what: String,
         /// Remedy.
         remedy: String,

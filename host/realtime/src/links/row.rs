@@ -14,7 +14,7 @@ use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
 use std::rc::Rc;
 
-/// Which side opens the communication.
+/// Side that opens the communication.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reach {
     /// No link: the device is emulated in this process.
@@ -49,7 +49,7 @@ pub struct Usage {
 pub struct ProtocolRow {
     /// Text of an address before `://`.
     pub scheme: &'static str,
-    /// Which side opens the communication.
+    /// Side that opens the communication.
     pub reach: Reach,
     /// Default port; `None` for protocols without ports.
     pub port: Option<u16>,

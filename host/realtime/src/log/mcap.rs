@@ -25,7 +25,7 @@ pub const PROVENANCE: &str = "softdock";
 /// Size at which a chunk is closed even before its second is over: readers hold a chunk in memory.
 const CHUNK_BYTES: u64 = 4 << 20;
 
-/// Why a log could not be written or read.
+/// Error of writing or reading a log.
 #[derive(Debug, thiserror::Error)]
 pub enum LogError {
     /// The operating system reports an error.

@@ -12,7 +12,7 @@ pub struct Lock {
     _file: File,
 }
 
-/// Why a robot cannot be owned.
+/// Error of owning a robot.
 #[derive(Debug, thiserror::Error)]
 pub enum NotOwner {
     /// Another process owns the robot.

@@ -1,6 +1,5 @@
 //! Datagram ports: a UDP socket, or an address in a network of virtual time that may lose datagrams.
 
-mod arrival;
 pub mod relay;
 pub mod udp;
 

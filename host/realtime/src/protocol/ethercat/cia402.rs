@@ -97,7 +97,7 @@ const QUICK_STOP_CYCLES: u16 = 1000;
 /// Controls one drive through the sequence of states.
 ///
 /// Sends *enable operation* only after *shutdown* and *switch on* were sent and answered in this enabling: a drive left
-/// on by another controller is first switched off. A drive that has gone off by itself has tripped, and stays off until
+/// on by another controller is first switched off. A drive that has switched off by itself has tripped, and stays off until
 /// [`Sequence::rearm`].
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Sequence {
@@ -116,7 +116,7 @@ impl Sequence {
         Self { may_reset, ..Self::default() }
     }
 
-    /// Whether the drive was on and has gone off by itself.
+    /// Whether the drive was on and has switched off by itself.
     pub fn tripped(&self) -> bool {
         self.tripped
     }

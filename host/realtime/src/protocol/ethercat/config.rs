@@ -79,7 +79,7 @@ impl EtherCatConfig {
     }
 }
 
-/// Why an EtherCAT robot cannot be opened.
+/// Error of opening an EtherCAT robot.
 #[derive(Debug, thiserror::Error)]
 pub enum OpenError {
     /// The configuration is invalid.

@@ -25,7 +25,7 @@ pub enum Aim {
     Finish([i32; AXES]),
 }
 
-/// Why the drives have tripped or were switched off.
+/// Reason why the drives have tripped or were switched off.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Trip {
     /// A drive has left *operation enabled*; its number among the axes in use.

@@ -65,7 +65,7 @@ impl PdoEntry {
     }
 }
 
-/// Why a mapping cannot be used.
+/// Error in a mapping.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unusable {
     /// A required object is not mapped; its index.

@@ -11,7 +11,7 @@ use std::time::Duration;
 /// Longest single wait for a status.
 const LOOK: Nanos = Nanos::from_millis(20);
 
-/// Why a robot could not be armed.
+/// Error of arming a robot.
 #[derive(Debug, thiserror::Error)]
 pub enum ArmError {
     /// The Remote Motion Interface refuses or fails.

@@ -18,7 +18,7 @@ const MAX_ALARMS: i64 = 5;
 /// Period of polling a controller while its servos are being enabled.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// Why a robot could not be armed.
+/// Error of arming a robot over RMI.
 #[derive(Debug, thiserror::Error)]
 pub enum RmiError {
     /// The controller does not answer in time, or the connection breaks.
@@ -40,7 +40,7 @@ pub enum RmiError {
         /// Its alarms, or the meaning of the number.
         words: String,
     },
-    /// It cannot move its robot now.
+    /// The controller cannot move its robot now.
     #[error("the FANUC controller cannot move its robot, {problem}: {words}")]
     NotReady {
         /// Reason in its status.
@@ -48,7 +48,7 @@ pub enum RmiError {
         /// Its alarms.
         words: String,
     },
-    /// Its reply lacks a required field.
+    /// The reply lacks a required field.
     #[error("the FANUC controller answers {request} without {field}")]
     Reply {
         /// Request.

@@ -58,7 +58,7 @@ pub struct NetFtCalibration {
     newton_metres_per_count: f64,
 }
 
-/// Why a `netftapi2.xml` cannot be used.
+/// Error in a `netftapi2.xml`.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum CalibrationError {
     /// A field is missing or duplicate.

@@ -15,7 +15,7 @@ const MAX_REPLY: usize = 256 * 1024;
 /// Greatest length of a request to the emulated box.
 const MAX_REQUEST: usize = 8 * 1024;
 
-/// Why a calibration could not be read.
+/// Error of reading a calibration.
 #[derive(Debug, thiserror::Error)]
 pub enum FetchError {
     /// The box does not answer in time, or the connection breaks.
