@@ -2,7 +2,7 @@
 //!
 //! A request passes only if the axis could still stop from there, within its jerk and acceleration, before its range
 //! ends. Otherwise the axis makes one step of that stop, which the previous cycle has ensured to be feasible. No
-//! command leaves the limits, whatever the request; nor do differences of sent positions.
+//! command exceeds the limits, whatever the request; nor do differences of sent positions.
 
 use crate::signals::AXES;
 use softdock_campaign::station::AxisLimits;

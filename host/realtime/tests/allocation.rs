@@ -75,14 +75,14 @@ fn run_cycle(
         controller.take(now, from, datagram, &mut |to, reply| port.send(reply, to).unwrap());
     });
     controller.report(now, state, &mut |to, datagram| port.send(datagram, to).unwrap());
-    let heard = robot.receive(soon(port)).unwrap();
-    if let Some(state) = &heard {
+    let report = robot.receive(soon(port)).unwrap();
+    if let Some(state) = &report {
         let target = state.position.map(|axis| axis + 1e-6);
         let order = if cycle.is_multiple_of(2) { Order::Hold } else { Order::Move(target) };
         // A late cycle may refuse the command: that must not allocate either.
         let _ = robot.send(&order);
     }
-    heard.is_some()
+    report.is_some()
 }
 
 #[test]

@@ -39,7 +39,7 @@ pub enum NotOwner {
 
 /// Makes this process the only owner of a robot among those that use the same folder.
 ///
-/// The lock is the kernel's (`flock`), not the file's existence: a killed process leaves no lock.
+/// The lock is the kernel's (`flock`), not the file's existence: the lock of a killed process is released.
 ///
 /// # Errors
 /// If another process owns the robot, or the folder cannot be written.
@@ -54,7 +54,7 @@ pub fn single_owner(folder: &Path, robot: &str) -> Result<Lock, NotOwner> {
 fn take(folder: &Path, path: &Path) -> Result<Lock, TryLockError> {
     let open = || -> io::Result<File> {
         fs::create_dir_all(folder)?;
-        // Not truncated: the file may hold the owner's name. Not through a link: anybody may write the folder, and the
+        // Not truncated: the file may hold the owner's name. Not through a link: every user may write the folder, and the
         // target of a link is not ours to write.
         let mut options = OpenOptions::new();
         options.read(true).write(true).create(true).truncate(false).custom_flags(libc::O_NOFOLLOW | libc::O_NONBLOCK);

@@ -34,14 +34,14 @@ impl Bench {
         Self { driver: NetFt::start(port.clone(), settings).unwrap(), sensor, port }
     }
 
-    /// Runs a period: requests arrive; the box sends its measurement, if `heard`.
-    fn period(&mut self, sample: &ForceSample, heard: bool) {
+    /// Runs a period: requests arrive; the box sends its measurement, if `delivered`.
+    fn period(&mut self, sample: &ForceSample, delivered: bool) {
         let now = self.port.now() + PERIOD;
         self.port.set_now(now);
         self.port.answer_sensor(&mut self.sensor);
         let port = self.port.clone();
         self.sensor.report(now, sample, &mut |_, record| {
-            if heard {
+            if delivered {
                 port.deliver(peer(), record);
             }
         });
