@@ -22,8 +22,10 @@ pub(crate) struct SchemaArgs {
     kind: fn() -> String,
 }
 
-/// The file kinds: word, content, schema.
-const SCHEMAS: [(&str, &str, fn() -> String); 4] = [
+/// A file kind: word, content, schema.
+type SchemaRow = (&'static str, &'static str, fn() -> String);
+
+const SCHEMAS: [SchemaRow; 4] = [
     ("campaign", "Dispersions, requirements, metrics", softdock_campaign::json_schema),
     ("scenario", "The simulated task and its facility", softdock_campaign::scenario_json_schema),
     ("rig", "A test rig whose recordings are diagnosed", softdock_campaign::rig_json_schema),

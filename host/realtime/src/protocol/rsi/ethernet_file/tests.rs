@@ -112,7 +112,7 @@ fn every_error_states_line_and_element() {
         ("<OnlySend>false", "<OnlySend>TRUE", "line 8, CONFIG/ONLYSEND: `TRUE`"),
         ("    <OnlySend>false</OnlySend>\n", "", "CONFIG/ONLYSEND: is missing"),
         ("<Protocol>udp", "<Protocol>TCP", "line 6, CONFIG/PROTOCOL: `TCP`"),
-        (" 49152 ", "0", "line 5, CONFIG/PORT: `0` is no port"),
+        (" 49152 ", "0", "line 5, CONFIG/PORT: `0` is not a port"),
         ("Cell<!-- of our own -->7", "Cell 7", "line 7, CONFIG/SENTYPE: `Cell 7` is not a name"),
         ("</receive>", "</send>", "line 40, XML: "),
         ("</root>\n", "", "XML: ROOT is not closed"),
