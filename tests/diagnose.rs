@@ -62,7 +62,7 @@ fn page_figures_and_terminal_agree_and_the_extended_model_is_valid() {
 
     let output = run(words("first/extended.toml", "second"));
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
-    assert!(text(&output.stdout).starts_with("Nothing is wrong"), "{}", text(&output.stdout));
+    assert!(text(&output.stdout).starts_with("These recordings show no model error."), "{}", text(&output.stdout));
     assert!(!folder.path().join("second/extended.toml").exists(), "nothing to add");
 }
 
@@ -102,7 +102,7 @@ fn bad_input_exits_with_2_and_writes_nothing() {
         let beside = text(&output.stderr);
         assert_eq!(output.status.code(), Some(2), "{words:?}: {beside}");
         assert!(beside.contains(expected), "{words:?}: {beside}");
-        assert!(!folder.path().join("results").exists(), "{words:?} left something");
+        assert!(!folder.path().join("results").exists(), "{words:?} wrote something");
     }
 }
 

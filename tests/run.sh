@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The check: format, lints, documentation, tests, and a campaign from file to verdict that foreign readers can read.
+# The check: format, lints, documentation, tests, and a campaign from file to verdict whose results other programs read.
 # Installs on Debian what is missing; what cannot be had stops it.
 #
 #   bash tests/run.sh          the short check: slow tests at a small size (CONTRIBUTING.md lists them)
@@ -106,7 +106,7 @@ fi
 # One test more at a time than there are cores: some of them wait.
 export RUST_TEST_THREADS=$(($(nproc) + 1))
 
-# Rapier has features of its own: with the others it would build the program's dependencies anew.
+# Rapier has other features: together they would rebuild the dependencies of the program.
 all=(--release --workspace --exclude softdock-oracle-rapier)
 
 step "format"
@@ -148,14 +148,14 @@ if [ "$(id -u)" -eq 0 ]; then
 fi
 [ "$full" = no ] || [ -z "$slurm_missing" ] || fail "Slurm: $slurm_missing: $(cat "$scratch/slurm.log")"
 
-step "measured data of others"
+step "measured data of third parties"
 data="${SOFTDOCK_DATA:-../shared/data}"
 data_seen=no
 long=()
 [ "$full" = yes ] || long=(--skip second_encoders_of_a_robot)
 if [ -d "$data/emps" ]; then
     SOFTDOCK_DATA="$(realpath "$data")" \
-        cargo test "${all[@]}" --test diagnose measured -- --ignored --skip free_runs_of_a_cube "${long[@]}"
+        cargo test "${all[@]}" --test diagnose measured -- --ignored --skip free_run_errors_of_the_cube "${long[@]}"
     data_seen=yes
 fi
 
@@ -196,7 +196,7 @@ if [ "$full" = yes ]; then
 fi
 
 # The whole workspace, so that nothing is built again with other features.
-step "third parties: Net F/T, FANUC, EGM and MCAP against programs of others"
+step "third-party programs: Net F/T, FANUC, EGM and MCAP"
 real_peers=()
 [ -n "${SOFTDOCK_PEER_RSI:-}" ] || real_peers=(--skip a_running_controller_is_held)
 SOFTDOCK_PEER_PYTHON="$peers/bin/python" cargo test "${all[@]}" --test peers -- --ignored "${real_peers[@]}"
@@ -209,7 +209,7 @@ SOFTDOCK_BROWSER=chromium cargo test "${all[@]}" --test softdock operator_page -
 step "a campaign, from its file to its verdict"
 "$target/release/softdock" run campaigns/smoke.toml --out "$scratch/smoke"
 
-step "the same results, read by others"
+step "the same results, read by other programs"
 "$python" tests/read_results.py "$scratch/smoke"
 
 if [ "$full" = no ]; then

@@ -18,7 +18,7 @@ pub(crate) fn handle_alarms(alarms: &Arc<Alarms>, controls: &Arc<Controls>) {
     // Without a handler the signal ends the process, and the controllers' own time-outs stop the robots.
     let _ = ctrlc::set_handler(move || {
         for_signals.signals.fetch_add(1, Ordering::Relaxed);
-        view.leave();
+        view.request_close();
     });
     let (for_panics, previous) = (Arc::clone(alarms), std::panic::take_hook());
     std::panic::set_hook(Box::new(move |info| {

@@ -38,9 +38,7 @@ impl FolderStatus {
         let mut notes = Vec::new();
         if self.partial_runs > 0 {
             let runs = self.partial_runs;
-            notes.push(format!(
-                "{runs} finished runs of unfinished shards are on disk; `softdock run` resumes from them"
-            ));
+            notes.push(format!("{runs} finished runs of unfinished shards are kept; `softdock run` resumes from them"));
         }
         match slurm_state(results) {
             Ok(None) => {}

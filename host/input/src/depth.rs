@@ -1,14 +1,14 @@
-//! How deep a text is nested, found without recursion: before a parser that recurses reads it.
+//! Nesting depth of a text, computed without recursion: before a recursive parser reads it.
 
 use std::fmt;
 
-/// Deepest nesting that is read: files of softdock and URDF need fewer than ten levels.
+/// Greatest accepted nesting: files of softdock and URDF need fewer than ten levels.
 pub const MAX_DEPTH: usize = 64;
 
-/// A place where a text is nested deeper than [`MAX_DEPTH`].
+/// The position at which a text is nested deeper than [`MAX_DEPTH`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TooDeep {
-    /// Byte in the text.
+    /// Byte offset in the text.
     pub offset: usize,
 }
 
@@ -23,7 +23,7 @@ impl std::error::Error for TooDeep {}
 /// Checks the nesting of the elements of an XML text; returns the deepest level.
 ///
 /// # Errors
-/// At the first element that is nested too deep. A text that is no XML is not an error here.
+/// At the first element that is nested too deep. Invalid XML is no error here.
 pub fn xml_depth(text: &str) -> Result<usize, TooDeep> {
     let bytes = text.as_bytes();
     let (mut at, mut depth, mut deepest) = (0, 0_usize, 0);
@@ -61,13 +61,13 @@ pub fn xml_depth(text: &str) -> Result<usize, TooDeep> {
     Ok(deepest)
 }
 
-/// First place of a mark at or after a byte.
+/// Returns the first position of a mark at or after a byte.
 fn find(bytes: &[u8], from: usize, mark: &[u8]) -> Option<usize> {
     let rest = bytes.get(from..)?;
     rest.windows(mark.len()).position(|window| window == mark).map(|at| from + at)
 }
 
-/// Behind the `>` of a tag; one inside quotes does not end it.
+/// Returns the position after the `>` of a tag; one inside quotes does not end it.
 fn tag_end(bytes: &[u8], from: usize) -> Option<usize> {
     let mut quote = None;
     for (at, byte) in bytes.iter().enumerate().skip(from) {
@@ -84,7 +84,7 @@ fn tag_end(bytes: &[u8], from: usize) -> Option<usize> {
 /// Checks the nesting of brackets, braces and dotted keys of a TOML text; returns the deepest level.
 ///
 /// # Errors
-/// At the first place that is nested too deep. A text that is no TOML is not an error here.
+/// At the first position that is nested too deep. Invalid TOML is no error here.
 pub fn toml_depth(text: &str) -> Result<usize, TooDeep> {
     let bytes = text.as_bytes();
     let (mut at, mut open, mut dots, mut deepest) = (0, 0_usize, 0_usize, 0);
@@ -113,7 +113,7 @@ pub fn toml_depth(text: &str) -> Result<usize, TooDeep> {
     Ok(deepest)
 }
 
-/// Behind a quoted text; one that is not closed ends with its line, or with the file.
+/// Returns the position after a quoted text; an unclosed one ends with its line, or with the file.
 fn text_end(bytes: &[u8], start: usize, quote: u8) -> usize {
     let long = [quote; 3];
     let is_long = bytes[start..].starts_with(&long);
@@ -136,7 +136,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn elements_are_counted_outside_of_comments_quotes_and_sections() {
+    fn elements_in_comments_quotes_and_sections_do_not_count() {
         let text = "<?xml?><!-- <a><a> --><r a='>' b=\"<\"><e/><f><![CDATA[<a><a>]]><g></g></f></r>";
         assert_eq!(xml_depth(text), Ok(3));
         assert_eq!(xml_depth("no < xml"), Ok(1));
@@ -146,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn brackets_and_dotted_keys_are_counted_outside_of_texts_and_comments() {
+    fn brackets_in_texts_and_comments_do_not_count() {
         let text = "# [[[[\na = [[1], {b = \"[[[[\\\"[\"}]\nc = '''\n[[[['''\n[[d.e.f]]\n";
         assert_eq!(toml_depth(text), Ok(4));
         assert_eq!(toml_depth("a = 1.5\nb = 2.5\nc = [1.5, 2.5, 3.5]"), Ok(2));

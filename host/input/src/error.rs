@@ -1,14 +1,14 @@
-//! Why a file was not read, with its path and a remedy.
+//! Errors of reading user files, with path and remedy.
 
 use std::path::{Path, PathBuf};
 
 /// Result of this crate.
 pub(crate) type Result<T> = std::result::Result<T, InputError>;
 
-/// A file that cannot be input.
+/// A user file that cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum InputError {
-    /// There is no file of this name.
+    /// The file does not exist.
     #[error("{}: there is no such file", path.display())]
     Absent {
         /// The file.
@@ -19,7 +19,7 @@ pub enum InputError {
     NotRegular {
         /// The file.
         path: PathBuf,
-        /// What it is.
+        /// Kind of the file.
         kind: &'static str,
     },
     /// More bytes than this kind of file may have.
@@ -29,7 +29,7 @@ pub enum InputError {
         path: PathBuf,
         /// Its size; while it grows, a lower bound.
         bytes: u64,
-        /// The largest size.
+        /// The greatest accepted size.
         limit: u64,
     },
     /// A byte that is not UTF-8.
@@ -44,18 +44,18 @@ pub enum InputError {
         /// The byte.
         byte: u8,
     },
-    /// The operating system refused.
+    /// The operating system reports an error.
     #[error("{}: cannot be read: {source}", path.display())]
     Io {
         /// The file.
         path: PathBuf,
-        /// The system's answer.
+        /// Error of the operating system.
         source: std::io::Error,
     },
 }
 
 impl InputError {
-    /// The file.
+    /// Returns the path of the file.
     pub fn path(&self) -> &Path {
         match self {
             Self::Absent { path }
@@ -66,7 +66,7 @@ impl InputError {
         }
     }
 
-    /// What is wrong, without the path.
+    /// Returns the problem, without the path.
     pub fn what(&self) -> String {
         match self {
             Self::Absent { .. } => "there is no such file".to_owned(),
@@ -77,7 +77,7 @@ impl InputError {
         }
     }
 
-    /// Line of the fault, if it has one.
+    /// Returns the line of the fault, if it has one.
     pub fn line(&self) -> Option<usize> {
         match self {
             Self::NotText { line, .. } => Some(*line),
@@ -85,7 +85,7 @@ impl InputError {
         }
     }
 
-    /// What to do.
+    /// Returns the remedy.
     pub fn remedy(&self) -> &'static str {
         match self {
             Self::Absent { .. } => "check the path",
@@ -97,7 +97,7 @@ impl InputError {
     }
 }
 
-/// A number of bytes for people.
+/// Formats a number of bytes for users.
 fn size(bytes: u64) -> String {
     match bytes {
         0..1024 => format!("{bytes} bytes"),

@@ -5,21 +5,21 @@ use std::fs::{self, File, FileType, OpenOptions};
 use std::io::Read;
 use std::path::Path;
 
-/// Bytes that are reserved before the first read: a stated size is not believed at once.
+/// Bytes reserved before the first read: a stated size must not allocate at once.
 const RESERVED: u64 = 1 << 20;
 
-/// Opens a regular file of at most `limit` bytes; a link to one is followed.
+/// Opens a regular file of at most `limit` bytes; follows a symbolic link.
 ///
 /// # Errors
-/// If there is no file, if it is a directory, pipe, socket or device, if it is larger, or if the system refuses.
+/// If the file does not exist, is a directory, pipe, socket or device, is larger, or the system reports an error.
 pub fn open(path: &Path, limit: u64) -> Result<File> {
-    // Looked at before it is opened: opening a device may have effects.
+    // Checked before opening: opening a device may have effects.
     let data = fs::metadata(path).map_err(|source| of_system(path, source))?;
     check_kind(path, data.file_type())?;
     check_size(path, data.len(), limit)?;
     let mut options = OpenOptions::new();
     options.read(true);
-    // A pipe that has taken the file's place in the meantime does not block.
+    // A pipe that has replaced the file in the meantime does not block.
     #[cfg(unix)]
     std::os::unix::fs::OpenOptionsExt::custom_flags(&mut options, libc::O_NONBLOCK | libc::O_NOCTTY);
     let file = options.open(path).map_err(|source| of_system(path, source))?;
@@ -50,7 +50,7 @@ pub fn read_text(path: &Path, limit: u64) -> Result<String> {
     decode_text(path, read(path, limit)?)
 }
 
-/// Takes bytes as text; `path` stands in the error.
+/// Decodes bytes as text; `path` is used in the error.
 ///
 /// # Errors
 /// If a byte is not UTF-8, with its line and column.
@@ -67,7 +67,7 @@ pub fn decode_text(path: &Path, bytes: Vec<u8>) -> Result<String> {
     })
 }
 
-/// Checks that a path is absent or a regular file: a reader that takes an absent file for none.
+/// Checks that a path is absent or a regular file, for readers that treat an absent file as an empty one.
 ///
 /// Returns whether the file exists.
 ///
@@ -77,7 +77,7 @@ pub fn check_regular(path: &Path) -> Result<bool> {
     match fs::metadata(path) {
         Ok(data) => check_kind(path, data.file_type()).map(|()| true),
         Err(error) if is_absent(&error) => {
-            // A link to nothing is something.
+            // A dangling link counts as existing.
             match fs::symlink_metadata(path) {
                 Ok(_) => Err(InputError::NotRegular { path: path.to_owned(), kind: "link to nothing" }),
                 Err(_) => Ok(false),
@@ -137,10 +137,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_large_file_is_refused_before_it_is_read() {
+    fn large_file_is_refused_before_it_is_read() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("large.toml");
-        // Sparse: it occupies nothing.
+        // Sparse: it needs no disk space.
         File::create(&path).and_then(|file| file.set_len(1 << 30)).expect("a file");
         let error = read(&path, 1 << 20).expect_err("too large");
         assert!(error.to_string().ends_with("large.toml: has 1.0 GiB, the limit is 1.0 MiB"), "{error}");
@@ -149,7 +149,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bad_byte_has_its_place() {
+    fn invalid_byte_is_reported_with_line_and_column() {
         let error = decode_text(Path::new("a.csv"), b"a,b\n\xC3\xA4x\xFF".to_vec()).expect_err("not UTF-8");
         assert_eq!(error.to_string(), "a.csv:2:3: byte 0xFF is not UTF-8 text");
     }

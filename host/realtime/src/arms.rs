@@ -35,33 +35,33 @@ impl Arms {
     }
 
     /// Returns the controller axes of robot 0 or 1 that hold its part in a motion, and whether the pose is reachable.
-    pub fn axes_for(&self, robot: usize, told: &Motion<f64>) -> (Axes, bool) {
-        let (axes, reachable) = self.cells[robot].axes_for(told);
+    pub fn axes_for(&self, robot: usize, motion: &Motion<f64>) -> (Axes, bool) {
+        let (axes, reachable) = self.cells[robot].axes_for(motion);
         (Axes { position: std::array::from_fn(|i| axes.position[i] - self.zero[robot][i]), ..axes }, reachable)
     }
 
     /// Returns the controller axes of robot 0 or 1 that hold its part in a motion with its rail at a position \[m\], in
     /// the posture of the scenario's start. `None` where the rail makes the whole motion.
-    pub fn axes_on_rail(&self, robot: usize, told: &Motion<f64>, place: f64) -> Option<[f64; AXES]> {
+    pub fn axes_on_rail(&self, robot: usize, motion: &Motion<f64>, place: f64) -> Option<[f64; AXES]> {
         let Some(Rail { axis, share }) = self.rail.filter(|_| robot == 0) else {
-            return Some(self.axes_for(robot, told).0.position);
+            return Some(self.axes_for(robot, motion).0.position);
         };
-        let (along, on_rail) = (axis.dot(told.position), place + self.zero[robot][RAIL]);
+        let (along, on_rail) = (axis.dot(motion.position), place + self.zero[robot][RAIL]);
         // The controller of a run gives its rail a share of the motion; for this other pose of the part, the share is
         // this.
         let asked = (along - on_rail) / (1.0 - share);
         if !asked.is_finite() {
             return None;
         }
-        let told = Motion { position: axis.scale_add(asked - along, told.position), ..*told };
-        let mut found = self.axes_for(robot, &told).0.position;
+        let motion = Motion { position: axis.scale_add(asked - along, motion.position), ..*motion };
+        let mut found = self.axes_for(robot, &motion).0.position;
         found[RAIL] = place;
         Some(found)
     }
 
     /// Returns the axes of both robots.
-    pub fn positions_for(&self, told: &Parts<f64>) -> ([[f64; AXES]; 2], bool) {
-        let ((a, first), (b, second)) = (self.axes_for(0, &told.a), self.axes_for(1, &told.b));
+    pub fn positions_for(&self, parts: &Parts<f64>) -> ([[f64; AXES]; 2], bool) {
+        let ((a, first), (b, second)) = (self.axes_for(0, &parts.a), self.axes_for(1, &parts.b));
         ([a.position, b.position], first && second)
     }
 

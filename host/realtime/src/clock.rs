@@ -1,15 +1,15 @@
-//! The clock of a drive: the machine's, or one of virtual time that moves when somebody waits.
+//! The clock of a session: the machine's monotonic clock, or virtual time that advances when a caller waits.
 
 use crate::time::Nanos;
 use std::cell::Cell;
 use std::rc::Rc;
 
-/// Tells the time and waits for it.
+/// A clock that can be read and waited for.
 pub trait Clock {
-    /// The time now.
+    /// Returns the present time.
     fn now(&self) -> Nanos;
 
-    /// Returns at a time, or at once if it has gone by.
+    /// Waits until a time; returns at once if it has passed.
     fn sleep_until(&self, time: Nanos);
 }
 
@@ -20,7 +20,7 @@ pub struct Monotonic;
 impl Clock for Monotonic {
     fn now(&self) -> Nanos {
         let mut time = libc::timespec { tv_sec: 0, tv_nsec: 0 };
-        // SAFETY: the pointer is to a timespec of ours; the call writes it and keeps nothing.
+        // SAFETY: the pointer is to a local timespec; the call writes it and stores nothing.
         unsafe { libc::clock_gettime(libc::CLOCK_MONOTONIC, &raw mut time) };
         Nanos(time.tv_sec * 1_000_000_000 + time.tv_nsec)
     }
@@ -28,7 +28,7 @@ impl Clock for Monotonic {
     fn sleep_until(&self, time: Nanos) {
         let until =
             libc::timespec { tv_sec: time.0.div_euclid(1_000_000_000), tv_nsec: time.0.rem_euclid(1_000_000_000) };
-        // An absolute time: a signal that interrupts the sleep does not stretch it.
+        // An absolute time: a signal that interrupts the sleep does not extend it.
         // SAFETY: the timespec outlives the call; no remainder is asked for.
         while unsafe {
             libc::clock_nanosleep(libc::CLOCK_MONOTONIC, libc::TIMER_ABSTIME, &raw const until, std::ptr::null_mut())
@@ -37,7 +37,7 @@ impl Clock for Monotonic {
     }
 }
 
-/// Virtual time, shared by all that hold a clone.
+/// Virtual time, shared by all clones.
 #[derive(Clone, Debug, Default)]
 pub struct Virtual(Rc<Cell<i64>>);
 

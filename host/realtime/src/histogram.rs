@@ -1,16 +1,16 @@
-//! A histogram of times: fixed memory, a few instructions per value, three parts in a hundred wide.
+//! A histogram of times: fixed memory, a few instructions per value, 3 % resolution.
 
 use crate::time::Nanos;
 use std::fmt;
 
-/// Steps per doubling: a power of two.
+/// Buckets per doubling: a power of two.
 const STEPS: u64 = 32;
 const STEP_BITS: u32 = STEPS.trailing_zeros();
 /// Doublings above the exact range: up to 18 minutes.
 const DOUBLINGS: usize = 35;
 const BUCKETS: usize = (DOUBLINGS + 1) * STEPS as usize;
 
-/// How often which time was measured; allocates nothing once it is there.
+/// Counts of measured times; allocates only at its creation.
 #[derive(Clone)]
 pub struct Histogram {
     counts: Box<[u64; BUCKETS]>,
@@ -25,7 +25,7 @@ impl Default for Histogram {
 }
 
 impl Histogram {
-    /// Adds a time; one before its due instant counts as 0.
+    /// Adds a time; a negative one counts as 0.
     pub fn add(&mut self, time: Nanos) {
         self.counts[bucket(time.0.max(0) as u64)] += 1;
         self.total += 1;
@@ -39,12 +39,12 @@ impl Histogram {
         self.max = self.max.max(other.max);
     }
 
-    /// Times added.
+    /// Returns the number of added times.
     pub fn total(&self) -> u64 {
         self.total
     }
 
-    /// How many there are per doubling, from the first to the last that has any: below which time, and how many.
+    /// Returns upper bound and count of each doubling, from the first to the last non-empty one.
     pub fn doublings(&self) -> impl Iterator<Item = (Nanos, u64)> {
         let counts = |doubling: usize| self.counts[doubling * STEPS as usize..][..STEPS as usize].iter().sum::<u64>();
         let any = |doubling: &usize| counts(*doubling) > 0;
@@ -52,18 +52,18 @@ impl Histogram {
         (first..=last).map(move |doubling| (Nanos((STEPS << doubling) as i64), counts(doubling)))
     }
 
-    /// The longest.
+    /// Returns the longest time.
     pub fn max(&self) -> Nanos {
         self.max
     }
 
-    /// The time that this share (0 to 1) of all does not exceed, at most one step of the histogram too long; 0 without any.
+    /// Returns the quantile of a share (0 to 1), too long by one bucket at most; 0 without values.
     pub fn quantile(&self, share: f64) -> Nanos {
         let wanted = (share * self.total as f64).ceil().max(1.0) as u64;
-        let mut seen = 0;
+        let mut below = 0;
         for (bucket, count) in self.counts.iter().enumerate() {
-            seen += count;
-            if seen >= wanted {
+            below += count;
+            if below >= wanted {
                 return upper_end(bucket).min(self.max);
             }
         }
@@ -71,7 +71,7 @@ impl Histogram {
     }
 }
 
-/// Exact below the first doubling, then with so many steps in each.
+/// Exact below the first doubling, then this number of buckets in each.
 fn bucket(time: u64) -> usize {
     if time < STEPS {
         return time as usize;
@@ -81,7 +81,7 @@ fn bucket(time: u64) -> usize {
     (((u64::from(doubling) + 1) * STEPS + step) as usize).min(BUCKETS - 1)
 }
 
-/// The longest time in a bucket.
+/// Returns the longest time of a bucket.
 fn upper_end(bucket: usize) -> Nanos {
     let (doubling, step) = (bucket as u64 / STEPS, bucket as u64 % STEPS);
     let end = if doubling == 0 { step } else { ((STEPS + step + 1) << (doubling - 1)) - 1 };
@@ -107,7 +107,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_time_is_in_a_bucket_that_is_narrow_enough() {
+    fn bucket_width_is_within_the_resolution() {
         let mut before = 0;
         for time in (0..2000).chain((11..38).flat_map(|k| [(1u64 << k) - 1, 1 << k, (1 << k) + (1 << (k - 1))])) {
             let (at, end) = (bucket(time), upper_end(bucket(time)).0 as u64);
@@ -119,7 +119,7 @@ mod tests {
     }
 
     #[test]
-    fn quantiles_are_those_of_the_sorted_times() {
+    fn quantiles_match_sorted_times() {
         let mut histogram = Histogram::default();
         assert_eq!(histogram.quantile(0.99), Nanos(0));
         (1..=1000).rev().for_each(|micros| histogram.add(Nanos::from_micros(micros)));
@@ -131,7 +131,7 @@ mod tests {
         assert_eq!((histogram.total(), histogram.max()), (1001, Nanos::from_millis(1)));
         let doublings: Vec<_> = histogram.doublings().collect();
         assert_eq!(doublings.iter().map(|(_, count)| count).sum::<u64>(), 1001);
-        // The one before its due instant is the first; the last doubling holds 525 us to 1 ms.
+        // The negative time is the first; the last doubling covers 525 us to 1 ms.
         assert_eq!((doublings[0], doublings.last()), ((Nanos(32), 1), Some(&(Nanos(1 << 20), 476))));
         let mut twice = histogram.clone();
         twice.merge(&histogram);

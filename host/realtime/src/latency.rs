@@ -1,4 +1,5 @@
-//! What the machine makes of a cycle of 1 ms: lateness and round trip of a session, in process and over loopback.
+//! Measures this machine's real-time performance in a cycle of 1 ms: lateness and round trip of a session, in process
+//! and over loopback.
 
 use crate::clock::{Clock, Monotonic};
 use crate::drive::core::{SessionTask, Unprepared};
@@ -25,33 +26,34 @@ use std::thread;
 
 /// The cycle.
 const CYCLE: Nanos = Nanos::from_millis(1);
-/// A cycle that begins later than this is late.
+/// Threshold of a late cycle.
 const LATE: Nanos = Nanos::from_millis(1);
-/// Cycles after which a session has found its beat.
+/// Cycles before the measurement begins.
 const SETTLED: u64 = 100;
 
-/// A time that never comes.
+/// A time in the unreachable future.
 const FOREVER: Nanos = Nanos(i64::MAX);
 
-/// What stands between the session and its robots.
+/// Transport between the session and its robots.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Between {
-    /// Nothing: emulated robots in the session's own thread, paced by its timer. Their physics is a part of the lateness.
+    /// None: emulated robots in the session's own thread, paced by its timer. Their computation is part of the
+    /// lateness.
     Nothing,
-    /// RSI and Net F/T on loopback, the facility in a thread of its own, paced by its packets.
+    /// RSI and Net F/T on loopback, the facility in another thread, paced by its packets.
     Loopback,
 }
 
-/// What was measured.
+/// Measured configuration.
 #[derive(Debug)]
 pub struct Latency {
-    /// What was measured.
+    /// Transport.
     pub between: Between,
-    /// Start of a cycle after its timer's instant, or after the arrival of the packet that began it.
+    /// Delay of a cycle's start after its timer, or after the arrival of the packet that began it.
     pub lateness: Histogram,
-    /// From a report's arrival until its answer was sent.
+    /// Time from a report's arrival until its answer was sent.
     pub round_trip: Histogram,
-    /// Start of the emulated facility's work after its instant; empty in process.
+    /// Delay of the emulated facility's work; empty in process.
     pub facility: Histogram,
     /// Cycles more than 1 ms late.
     pub late: u64,
@@ -59,33 +61,33 @@ pub struct Latency {
     pub overruns: u64,
     /// Cycles without a report of robot 1.
     pub missed: u64,
-    /// What the operating system has not granted, or what to beware of.
+    /// Rights that the operating system has not granted, and other warnings.
     pub warnings: Vec<Warning>,
 }
 
-/// Why nothing could be measured.
+/// Error of the measurement.
 #[derive(Debug, thiserror::Error)]
 pub enum Unmeasured {
     /// The run cannot be driven.
     #[error(transparent)]
     Unprepared(#[from] Unprepared),
-    /// No links.
+    /// No link could be opened.
     #[error(transparent)]
     Link(#[from] LinkFault),
-    /// No thread, or no sockets any more.
-    #[error("the machine refuses: {0}")]
+    /// No thread or socket is available.
+    #[error("the operating system refuses a thread or a socket: {0}")]
     Machine(#[from] io::Error),
-    /// What was asked for was not granted.
+    /// A requested right was not granted.
     #[error(transparent)]
     Refused(#[from] Warning),
     /// A thread has panicked.
-    #[error("a part of the measurement has failed")]
+    #[error("a thread of the measurement has failed")]
     Panicked,
 }
 
-/// Drives a run again and again on an emulated facility for a time \[s\], a tick a cycle, on a thread of its own.
+/// Measures sessions on an emulated facility for a time \[s\], one tick per cycle, on a separate thread.
 ///
-/// `key` makes the facility's noise. Lateness stops no session here: silent links and old samples are let pass.
+/// `key` seeds the facility's noise. Lateness stops no session here: silent links and old samples are tolerated.
 ///
 /// # Errors
 /// If the run cannot be driven, or the machine has no thread or socket for it.
@@ -109,7 +111,7 @@ pub fn measure(
     thread.join().map_err(|_| Unmeasured::Panicked)?
 }
 
-/// A facility that puts up with a machine that is late.
+/// Returns a facility whose rules tolerate a late machine.
 pub fn patient(station: &Station) -> Station {
     let mut station = station.clone();
     station.links = LinkRules {
@@ -124,7 +126,7 @@ pub fn patient(station: &Station) -> Station {
     station
 }
 
-/// One session to its end, or to the end of the measurement.
+/// Runs one session to its end, or to the end of the measurement.
 fn session(
     task: &SessionTask,
     key: [u32; 2],
@@ -136,7 +138,7 @@ fn session(
     let world = world.map_err(Unprepared::from)?;
     let clock: Rc<dyn Clock> = Rc::new(Monotonic);
     if latency.between == Between::Nothing {
-        // Prepared first: what the timer has missed by then counts from the next one on.
+        // Prepared first: missed timer ticks count from the next one on.
         let bench = InProcessRig::new(world, Rc::clone(&clock), CYCLE);
         return cycles(Session::new(task.clone(), links(&bench), None, clock)?, end, latency);
     }
@@ -150,7 +152,7 @@ fn session(
     done
 }
 
-/// The facility in a thread of the same rights; gives its lateness.
+/// Runs the facility in a thread of the same rights; returns its lateness.
 fn serve(
     mut facility: EmulatedFacility,
     mut sockets: Sockets,
@@ -158,7 +160,7 @@ fn serve(
     stop: Arc<AtomicBool>,
 ) -> io::Result<thread::JoinHandle<io::Result<Histogram>>> {
     thread::Builder::new().name("facility".to_owned()).spawn(move || {
-        // It stands for another machine: refused is refused, and told by the cycle's thread already.
+        // The thread stands for another machine: the cycle's thread has reported refused rights already.
         let _ = Realtime { core: None, strict: false, ..realtime }.apply();
         let mut lateness = Histogram::default();
         server::serve(&mut facility, &mut sockets, &stop, FOREVER, &mut lateness)?;

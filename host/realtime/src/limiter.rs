@@ -2,7 +2,7 @@
 //!
 //! A request passes only if the axis could still stop from there, within its jerk and acceleration, before its range
 //! ends. Otherwise the axis makes one step of that stop, which the previous cycle has ensured to be feasible. No
-//! command leaves the limits, whatever the request; nor do differences of sent positions.
+//! command exceeds the limits, whatever the request; nor do differences of sent positions.
 
 use crate::signals::AXES;
 use softdock_campaign::station::AxisLimits;
@@ -89,10 +89,10 @@ impl Limiter {
     }
 
     /// Returns the next command towards a request, and the limits that clamped it.
-    pub fn approach(&mut self, wanted: &[f64; AXES]) -> ([f64; AXES], Cut) {
+    pub fn approach(&mut self, request: &[f64; AXES]) -> ([f64; AXES], Cut) {
         let mut cut = Cut::default();
-        for (i, wanted) in wanted.iter().enumerate() {
-            let (next, met) = toward(&self.limits[i], self.cycle, self.sent[i], *wanted);
+        for (i, request) in request.iter().enumerate() {
+            let (next, met) = toward(&self.limits[i], self.cycle, self.sent[i], *request);
             self.sent[i] = next;
             let bit = 1 << i;
             let marks = [&mut cut.position, &mut cut.speed, &mut cut.acceleration, &mut cut.jerk, &mut cut.not_finite];
@@ -115,11 +115,11 @@ impl Limiter {
 type Met = [bool; 5];
 
 /// Limits one axis towards a request.
-fn toward(limits: &AxisLimits, cycle: f64, sent: Sent, wanted: f64) -> (Sent, Met) {
-    if !wanted.is_finite() {
+fn toward(limits: &AxisLimits, cycle: f64, sent: Sent, request: f64) -> (Sent, Met) {
+    if !request.is_finite() {
         return (stopped(limits, cycle, sent), [false, false, false, false, true]);
     }
-    let speed = (wanted - sent.position) / cycle;
+    let speed = (request - sent.position) / cycle;
     let allowed = speed.clamp(-limits.speed, limits.speed);
     let asked = (allowed - sent.speed) / cycle;
     let within = asked.clamp(-limits.acceleration, limits.acceleration);
@@ -136,7 +136,7 @@ fn toward(limits: &AxisLimits, cycle: f64, sent: Sent, wanted: f64) -> (Sent, Me
     let mut next = sent.after(acceleration, cycle);
     if met == [false; 5] {
         // Without a limit the request passes bit for bit.
-        next.position = wanted;
+        next.position = request;
     }
     if can_stop(limits, cycle, next) {
         return (next, met);
@@ -170,8 +170,8 @@ fn braking(limits: &AxisLimits, cycle: f64, sent: Sent) -> f64 {
     let need = side * sent.speed / cycle;
     let whole = (0.5 * ((1.0 + 8.0 * need / change).sqrt() - 1.0)).floor().max(0.0);
     let brake = (need + 0.5 * change * whole * (whole + 1.0)) / (whole + 1.0);
-    let wanted = -side * brake.min(limits.acceleration);
-    wanted.clamp(sent.acceleration - change, sent.acceleration + change)
+    let request = -side * brake.min(limits.acceleration);
+    request.clamp(sent.acceleration - change, sent.acceleration + change)
 }
 
 /// Whether a stop from this state stays inside range and speed.
@@ -225,8 +225,8 @@ mod tests {
     fn check(cycle: f64, requests: impl Iterator<Item = f64>) {
         let mut limiter = Limiter::new([LIMITS; AXES], cycle, [0.0; AXES]);
         let mut past = [0.0f64; 4];
-        for wanted in requests {
-            let (sent, _) = limiter.approach(&[wanted; AXES]);
+        for request in requests {
+            let (sent, _) = limiter.approach(&[request; AXES]);
             past = [sent[0], past[0], past[1], past[2]];
             let speed = (past[0] - past[1]) / cycle;
             let acceleration = (past[0] - 2.0 * past[1] + past[2]) / (cycle * cycle);
@@ -265,10 +265,10 @@ mod tests {
         for k in 1..5000 {
             // A sine that grows from rest: speed 0.63, acceleration 0.8 at most.
             let t = f64::from(k) * cycle;
-            let wanted = 0.5 * (1.0 - (-t * t * 0.2).exp()) * (1.26 * t).sin();
-            let (sent, cut) = limiter.approach(&[wanted; AXES]);
+            let request = 0.5 * (1.0 - (-t * t * 0.2).exp()) * (1.26 * t).sin();
+            let (sent, cut) = limiter.approach(&[request; AXES]);
             assert!(!cut.any(), "{cut:?} at {t} s");
-            assert_eq!(sent, [wanted; AXES]);
+            assert_eq!(sent, [request; AXES]);
         }
     }
 
@@ -294,10 +294,10 @@ mod tests {
     #[test]
     fn clamped_limits_are_reported() {
         let mut limiter = Limiter::new([LIMITS; AXES], 4e-3, [0.0; AXES]);
-        let mut wanted = [0.0; AXES];
-        wanted[2] = f64::NAN;
-        wanted[4] = 0.5;
-        let (sent, cut) = limiter.approach(&wanted);
+        let mut request = [0.0; AXES];
+        request[2] = f64::NAN;
+        request[4] = 0.5;
+        let (sent, cut) = limiter.approach(&request);
         assert_eq!((cut.not_finite, cut.speed), (1 << 2, 1 << 4));
         assert_eq!(sent[2], 0.0);
     }

@@ -1,4 +1,4 @@
-//! What the operating system must grant the thread of the cycle, and that a robot has one master.
+//! Operating-system rights of the cycle's thread.
 
 mod owner;
 
@@ -9,20 +9,20 @@ use std::fs;
 use std::hint::black_box;
 use std::io;
 
-/// Stack that the cycle will find in memory \[bytes\]; a quarter of what a thread of the standard library has.
+/// Stack locked for the cycle \[bytes\]; a quarter of a standard library thread's stack.
 const STACK: usize = 512 << 10;
 
 /// Limits the time of all real-time threads in a second.
 const THROTTLE: &str = "/proc/sys/kernel/sched_rt_runtime_us";
 
-/// What to ask of the operating system for the thread of the cycle.
+/// Requested rights of the cycle's thread.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Realtime {
-    /// Priority under SCHED_FIFO, 1 to 99; without one the thread shares time like any other.
+    /// Priority under SCHED_FIFO, 1 to 99; `None`: the default time-sharing policy.
     pub priority: Option<u8>,
-    /// Processor core that the thread keeps to.
+    /// Processor core to which the thread is pinned.
     pub core: Option<usize>,
-    /// What is refused is an error.
+    /// Whether a refused right is an error.
     pub strict: bool,
 }
 
@@ -33,7 +33,7 @@ impl Default for Realtime {
     }
 }
 
-/// What the operating system has not granted, or what to beware of.
+/// Rights that the operating system has not granted, and other warnings.
 #[derive(Debug)]
 pub enum Warning {
     /// Memory can be paged out.
@@ -42,14 +42,14 @@ pub enum Warning {
     Priority(u8, io::Error),
     /// The thread may be moved to another core.
     Core(usize, io::Error),
-    /// Wake-ups may come up to 50 us late by choice of the kernel.
+    /// The kernel may delay wake-ups by up to 50 us.
     TimerSlack(io::Error),
-    /// Real-time threads that do not sleep are stopped for a part of each second; runtime per period \[us\].
+    /// The kernel stops real-time threads that do not sleep for a part of each second; runtime per period \[us\].
     Throttled(i64),
 }
 
 impl Warning {
-    /// Whether something was refused.
+    /// Whether a right was refused.
     fn refused(&self) -> bool {
         !matches!(self, Self::Throttled(_))
     }
@@ -60,22 +60,22 @@ impl fmt::Display for Warning {
         match self {
             Self::Memory(why) => write!(
                 f,
-                "memory is not locked ({why}), so that a page fault can hold up the cycle: allow it with `ulimit -l \
+                "memory is not locked ({why}), so that a page fault can delay the cycle: allow it with `ulimit -l \
                  unlimited` (memlock in /etc/security/limits.conf) or the capability CAP_IPC_LOCK"
             ),
             Self::Priority(priority, why) => write!(
                 f,
-                "no real-time priority {priority} ({why}), so that any program can hold up the cycle: allow it with \
+                "no real-time priority {priority} ({why}), so that any program can delay the cycle: allow it with \
                  `@GROUP - rtprio {priority}` in /etc/security/limits.conf, or with `setcap cap_sys_nice=ep` on the program"
             ),
             Self::Core(core, why) => write!(
                 f,
-                "the cycle does not keep to core {core} ({why}): name one that this machine has and that this process may \
+                "the cycle is not pinned to core {core} ({why}): name one that this machine has and that this process may \
                  use (`taskset -p`, the cpuset of its container)"
             ),
             Self::TimerSlack(why) => write!(
                 f,
-                "the slack of the timers stays as it is ({why}): wake-ups may be 50 us late; a real-time priority makes up for it"
+                "the timer slack is unchanged ({why}): wake-ups may be 50 us late; a real-time priority avoids this"
             ),
             Self::Throttled(runtime) => write!(
                 f,
@@ -89,10 +89,10 @@ impl fmt::Display for Warning {
 impl std::error::Error for Warning {}
 
 impl Realtime {
-    /// Asks for all of it, for the calling thread: locked memory of the process, priority, core, exact timers, and a
-    /// stack that is in memory. Gives what was refused, each with its remedy.
+    /// Requests all rights for the calling thread: locked memory of the process, priority, core, exact timers, a stack
+    /// in memory. Returns the refused ones as warnings with their remedies.
     ///
-    /// Threads that this one starts afterwards do not inherit the priority, but do inherit the core.
+    /// Threads started later do not inherit the priority, but do inherit the core.
     ///
     /// # Errors
     /// The first refusal, if `strict`.
@@ -117,13 +117,13 @@ impl Realtime {
     }
 }
 
-/// What a call of the C library has answered.
+/// Converts the result of a C library call.
 fn answer(code: i32) -> io::Result<()> {
     if code == 0 { Ok(()) } else { Err(io::Error::last_os_error()) }
 }
 
 fn lock_memory() -> io::Result<()> {
-    // SAFETY: takes flags alone.
+    // SAFETY: takes flags only.
     answer(unsafe { libc::mlockall(libc::MCL_CURRENT | libc::MCL_FUTURE) })
 }
 
@@ -147,19 +147,19 @@ fn keep_to(core: usize) -> io::Result<()> {
 
 fn take_priority(priority: u8) -> io::Result<()> {
     let parameters = libc::sched_param { sched_priority: i32::from(priority) };
-    // Threads begun later (a library's, a log's) must not compete with the cycle.
+    // Threads started later (a library's, a log's) must not compete with the cycle.
     let policy = libc::SCHED_FIFO | libc::SCHED_RESET_ON_FORK;
     // SAFETY: 0 is the calling thread; the parameters outlive the call.
     answer(unsafe { libc::sched_setscheduler(0, policy, &raw const parameters) })
 }
 
-/// Runtime of real-time threads per period \[us\], if it is limited.
+/// Returns the runtime of real-time threads per period \[us\], if it is limited.
 fn throttled() -> Option<i64> {
     let runtime = fs::read_to_string(THROTTLE).ok()?.trim().parse().ok()?;
     (runtime != -1).then_some(runtime)
 }
 
-/// Has the kernel put memory under the stack: the cycle then meets no page fault there.
+/// Touches the stack, so that the cycle meets no page fault there.
 #[inline(never)]
 fn touch_stack() {
     let mut stack = [0u8; STACK];
@@ -173,10 +173,10 @@ fn touch_stack() {
 mod tests {
     use super::*;
 
-    /// Policy and priority of the calling thread.
+    /// Returns policy and priority of the calling thread.
     fn policy() -> (i32, i32) {
         let mut parameters = libc::sched_param { sched_priority: 0 };
-        // SAFETY: 0 is the calling thread; the parameters are ours.
+        // SAFETY: 0 is the calling thread; the parameters are local.
         let policy = unsafe {
             assert_eq!(libc::sched_getparam(0, &raw mut parameters), 0);
             libc::sched_getscheduler(0)
@@ -184,12 +184,12 @@ mod tests {
         (policy & !libc::SCHED_RESET_ON_FORK, parameters.sched_priority)
     }
 
-    /// On a thread of its own, which takes what it got with it.
+    /// Runs on a separate thread, so that the rights end with it.
     fn on_a_thread<T: Send + 'static>(work: impl FnOnce() -> T + Send + 'static) -> T {
         std::thread::spawn(work).join().expect("no panic")
     }
 
-    /// Takes all capabilities from the calling thread alone.
+    /// Removes all capabilities of the calling thread only.
     fn powerless() {
         #[repr(C)]
         struct Header {
@@ -203,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_granted_is_in_force_and_what_is_not_is_told() {
+    fn granted_rights_are_in_force_and_refused_ones_are_reported() {
         let (warnings, policy, child) = on_a_thread(|| {
             let warnings = Realtime { core: Some(0), ..Realtime::default() }.apply().expect("not strict");
             (warnings, policy(), on_a_thread(policy))
@@ -216,28 +216,29 @@ mod tests {
     }
 
     #[test]
-    fn without_rights_every_refusal_comes_with_its_remedy() {
+    fn every_refused_right_has_a_remedy() {
         let (warnings, strict) = on_a_thread(|| {
             powerless();
             let wanted = Realtime { core: Some(1000), ..Realtime::default() };
             (wanted.apply().expect("not strict"), Realtime { strict: true, ..wanted }.apply())
         });
         let text: Vec<String> = warnings.iter().map(ToString::to_string).collect();
-        let told = |remedy: &str| assert!(text.iter().any(|text| text.contains(remedy)), "{remedy}: {text:?}");
-        told("core 1000");
-        // Limits may grant an ordinary user what the capabilities would.
+        let assert_reported =
+            |remedy: &str| assert!(text.iter().any(|text| text.contains(remedy)), "{remedy}: {text:?}");
+        assert_reported("core 1000");
+        // Limits may grant an ordinary user the same as the capabilities.
         if warnings.iter().any(|warning| matches!(warning, Warning::Priority(..))) {
-            told("rtprio 80");
-            told("cap_sys_nice");
+            assert_reported("rtprio 80");
+            assert_reported("cap_sys_nice");
         }
         if warnings.iter().any(|warning| matches!(warning, Warning::Memory(_))) {
-            told("ulimit -l");
+            assert_reported("ulimit -l");
         }
         assert!(strict.is_err_and(|first| first.refused()));
     }
 
     #[test]
-    fn a_throttle_is_told_only_where_it_bites() {
+    fn throttling_is_reported_only_if_it_has_an_effect() {
         assert!(!Warning::Throttled(950_000).refused());
         assert!(Warning::Throttled(950_000).to_string().contains("950000 us"));
     }

@@ -29,13 +29,13 @@ pub fn plausible(position: &[f64; AXES]) -> bool {
 pub struct Capabilities {
     /// Period of its commands.
     pub cycle: Nanos,
-    /// It is the clock master: each of its packets needs one answer within its cycle.
+    /// Whether it is the clock master: each of its packets needs one answer within its cycle.
     pub master: bool,
-    /// It has a rail.
+    /// Whether it has a rail.
     pub rail: bool,
-    /// It reports torques (or motor currents scaled to torques).
+    /// Whether it reports torques (or motor currents scaled to torques).
     pub torque: bool,
-    /// It reports the pose of its tool.
+    /// Whether it reports the pose of its tool.
     pub pose: bool,
 }
 
@@ -49,14 +49,14 @@ pub struct RobotState {
     /// Measured axes: joints \[rad\], rail \[m\].
     pub position: [f64; AXES],
     /// Set-points, if reported: joints \[rad\], rail \[m\].
-    pub asked: Option<[f64; AXES]>,
+    pub reported_set_point: Option<[f64; AXES]>,
     /// Torques of the joints \[N m\] and force of the rail \[N\], if reported.
     pub torque: Option<[f64; AXES]>,
     /// Pose of its tool in its base, if reported \[m\].
     pub pose: Option<Pose<f64>>,
     /// Answers of ours that it reports as late or missing.
     pub late_answers: u32,
-    /// It follows commands: drives on, no fault, no stop.
+    /// Whether it follows commands: drives on, no fault, no stop.
     pub ready: bool,
 }
 
@@ -74,7 +74,7 @@ pub enum Order {
 impl RobotState {
     /// Returns the set-point, or the measured axes if none is reported: joints \[rad\], rail \[m\].
     pub fn set_point(&self) -> [f64; AXES] {
-        self.asked.unwrap_or(self.position)
+        self.reported_set_point.unwrap_or(self.position)
     }
 }
 
@@ -130,7 +130,7 @@ impl Peak {
     }
 
     /// Reads with this newest sample; returns the farthest one.
-    pub(crate) fn look(&mut self, newest: Wrench<f64>) -> Wrench<f64> {
+    pub(crate) fn read(&mut self, newest: Wrench<f64>) -> Wrench<f64> {
         self.looked = Some(newest);
         self.farthest.take().unwrap_or(newest)
     }
@@ -189,28 +189,28 @@ pub trait RobotLink {
     /// If the link has failed. A lost, late, foreign or malformed datagram is counted and is no error.
     fn receive(&mut self, deadline: Nanos) -> Result<Option<RobotState>, LinkFault>;
 
-    /// Answers the last report; nothing is sent when that report's cycle is over, but counted.
+    /// Answers the last report. An answer after the end of that report's cycle is counted and not sent.
     ///
     /// # Errors
-    /// If the link cannot go on.
+    /// If the link has failed.
     fn send(&mut self, order: &Order) -> Result<(), LinkFault>;
 
-    /// What the link has seen.
+    /// Returns the counters of the link.
     fn counters(&self) -> LinkCounters;
 }
 
-/// A force/torque sensor, whatever its protocol; also an emulated one.
+/// A link to a force/torque sensor, real or emulated, of any protocol.
 pub trait ForceSensor {
     /// Period of its samples.
     fn period(&self) -> Nanos;
 
-    /// The newest sample that has arrived since the last call; `None` if none has.
+    /// Returns the newest sample since the last call; `None` if none has arrived.
     ///
     /// # Errors
-    /// If the link cannot go on.
+    /// If the link has failed.
     fn latest(&mut self) -> Result<Option<ForceSample>, LinkFault>;
 
-    /// What the link has seen.
+    /// Returns the counters of the link.
     fn counters(&self) -> LinkCounters;
 }
 
@@ -222,19 +222,19 @@ pub struct Links {
     pub sensor: Box<dyn ForceSensor>,
 }
 
-/// How a robot stands to what it has been sent; all of it counts from its first answer with a motion.
+/// State of a robot relative to its commands; counts from the first answer with a motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct WireState {
     /// Answers that the robot has not taken.
     pub untaken: u64,
-    /// The same in a row.
+    /// Successive answers that the robot has not taken.
     pub untaken_in_row: u32,
-    /// Cycles in a row in which the robot has reported a set-point that nobody here has sent.
+    /// Successive cycles with a reported set-point that this machine has not sent.
     pub off_course: u32,
-    /// Reports that came too early: the robot's cycle has become shorter than it was.
+    /// Early reports: the robot's cycle has become shorter.
     pub early: u32,
-    /// Cycles in a row in which it is away from its commands and led back within its limits.
+    /// Successive cycles in which the robot is away from its commands and led back within its limits.
     pub led_back: u32,
-    /// 1 while what it is sent moves.
+    /// 1 while its commands move.
     pub moving: u32,
 }

@@ -1,4 +1,4 @@
-//! Time on a monotonic clock: whole nanoseconds, so that cycles add up.
+//! Time on a monotonic clock in whole nanoseconds, so that cycles add up exactly.
 
 use std::ops::{Add, AddAssign, Mul, Sub};
 
@@ -7,22 +7,22 @@ use std::ops::{Add, AddAssign, Mul, Sub};
 pub struct Nanos(pub i64);
 
 impl Nanos {
-    /// Whole milliseconds.
+    /// Creates a time of whole milliseconds.
     pub const fn from_millis(millis: i64) -> Self {
         Self(millis * 1_000_000)
     }
 
-    /// Whole microseconds.
+    /// Creates a time of whole microseconds.
     pub const fn from_micros(micros: i64) -> Self {
         Self(micros * 1_000)
     }
 
-    /// Seconds, to the nearest nanosecond.
+    /// Creates a time of seconds, to the nearest nanosecond.
     pub fn from_seconds(seconds: f64) -> Self {
         Self((seconds * 1e9).round() as i64)
     }
 
-    /// In seconds.
+    /// Converts to seconds.
     pub fn seconds(self) -> f64 {
         self.0 as f64 * 1e-9
     }

@@ -1,4 +1,4 @@
-//! Drivers and emulated other sides take no memory from the heap in a cycle, over real sockets.
+//! Drivers and emulated devices allocate nothing in a cycle, over sockets.
 
 use assert_no_alloc::{AllocDisabler, assert_no_alloc};
 use softdock_kernels::space::Wrench;
@@ -18,7 +18,7 @@ use softdock_realtime::time::Nanos;
 use softdock_realtime::wire::{MAX_DATAGRAM, Port, udp::UdpPort};
 use std::net::SocketAddr;
 
-/// Ends the test at an allocation where none may be.
+/// Aborts the test at a forbidden allocation.
 #[global_allocator]
 static ALLOCATOR: AllocDisabler = AllocDisabler;
 
@@ -35,7 +35,7 @@ fn soon(port: &UdpPort) -> Nanos {
     port.now() + Nanos::from_millis(200)
 }
 
-/// Takes what has come, waiting for nothing.
+/// Takes the waiting datagrams.
 fn take_all(port: &mut UdpPort, mut take: impl FnMut(&mut UdpPort, SocketAddr, &[u8])) {
     let mut buffer = [0; MAX_DATAGRAM];
     while let Some((length, from)) = port.receive(&mut buffer, Nanos(0)).unwrap() {
@@ -43,13 +43,13 @@ fn take_all(port: &mut UdpPort, mut take: impl FnMut(&mut UdpPort, SocketAddr, &
     }
 }
 
-/// Runs cycles of a robot with the controller that sits at `port`.
+/// Runs cycles of a robot with the controller at `port`.
 fn run(robot: &mut impl RobotLink, controller: &mut impl EmulatedController, port: &mut UdpPort) {
     let state = RobotState {
         stamp: Nanos(0),
         received: Nanos(0),
         position: START,
-        asked: Some(START),
+        reported_set_point: Some(START),
         torque: Some([0.0; AXES]),
         pose: None,
         late_answers: 0,
@@ -62,7 +62,7 @@ fn run(robot: &mut impl RobotLink, controller: &mut impl EmulatedController, por
     assert!(received > CYCLES / 2, "only {received} cycles");
 }
 
-/// A cycle of both; whether the robot has heard of it.
+/// Runs a cycle of both; returns whether the robot has received a report.
 fn run_cycle(
     robot: &mut impl RobotLink,
     controller: &mut impl EmulatedController,
@@ -75,14 +75,14 @@ fn run_cycle(
         controller.take(now, from, datagram, &mut |to, reply| port.send(reply, to).unwrap());
     });
     controller.report(now, state, &mut |to, datagram| port.send(datagram, to).unwrap());
-    let heard = robot.receive(soon(port)).unwrap();
-    if let Some(state) = &heard {
+    let report = robot.receive(soon(port)).unwrap();
+    if let Some(state) = &report {
         let target = state.position.map(|axis| axis + 1e-6);
         let order = if cycle.is_multiple_of(2) { Order::Hold } else { Order::Move(target) };
-        // A late cycle may refuse: that must not allocate either.
+        // A late cycle may refuse the command: that must not allocate either.
         let _ = robot.send(&order);
     }
-    heard.is_some()
+    report.is_some()
 }
 
 #[test]

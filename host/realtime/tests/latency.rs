@@ -1,4 +1,4 @@
-//! The machine's own share: lateness and round trip at 1 kHz, stated and not gated.
+//! Real-time performance of the machine: reports lateness and round trip at 1 kHz, without a threshold.
 
 use softdock_campaign::{Campaign, Station};
 use softdock_kernels::philox;
@@ -13,7 +13,7 @@ fn shipped(file: &str) -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../campaigns").join(file)
 }
 
-/// A docking of the shipped campaign for so long \[s\].
+/// A docking of the shipped campaign for a time \[s\].
 fn measured(between: Between, seconds: f64, realtime: Realtime) -> Latency {
     let campaign: Campaign = softdock_campaign::load(&shipped("probe_drogue.toml")).expect("a shipped campaign");
     let station = Station::load(&shipped("facilities/reference.toml")).expect("the shipped facility");
@@ -27,11 +27,11 @@ fn measured(between: Between, seconds: f64, realtime: Realtime) -> Latency {
 const ORDINARY: Realtime = Realtime { priority: None, core: None, strict: false };
 
 #[test]
-fn a_session_keeps_running_in_process_and_over_loopback() {
+fn session_runs_in_process_and_over_loopback() {
     for between in [Between::Nothing, Between::Loopback] {
         let latency = measured(between, 2.0, ORDINARY);
         println!("{between:?}\n{latency}");
-        // No gate on times: a machine under test may be busy.
+        // No threshold on times: a machine under test may be busy.
         assert!(latency.lateness.total() > 100, "{latency}");
         assert_eq!(latency.lateness.total(), latency.round_trip.total());
     }
@@ -40,7 +40,7 @@ fn a_session_keeps_running_in_process_and_over_loopback() {
 /// `cargo test --release -p softdock-realtime --test latency -- --ignored --nocapture`
 #[test]
 #[ignore = "a measurement of four minutes"]
-fn a_minute_of_each() {
+fn measure_one_minute_each() {
     for between in [Between::Nothing, Between::Loopback] {
         for realtime in [ORDINARY, Realtime::default()] {
             let policy = if realtime.priority.is_some() { "SCHED_FIFO 80" } else { "SCHED_OTHER" };

@@ -1,4 +1,4 @@
-//! What the cycle hands to log, evidence and view takes no memory from the heap.
+//! Passing records to log, evidence and view allocates nothing.
 
 use assert_no_alloc::{AllocDisabler, assert_no_alloc};
 use softdock_realtime::drive::feed::feed;
@@ -10,12 +10,12 @@ use softdock_realtime::log::table::Logged;
 use softdock_realtime::log::writer::{Handed, LogWriter};
 use softdock_realtime::time::Nanos;
 
-/// Ends the test at an allocation where none may be.
+/// Aborts the test at a forbidden allocation.
 #[global_allocator]
 static ALLOCATOR: AllocDisabler = AllocDisabler;
 
 #[test]
-fn handing_on_a_record_allocates_nothing() {
+fn passing_a_record_allocates_nothing() {
     let folder = tempfile::tempdir().expect("a folder");
     let mut log = LogWriter::create(&folder.path().join("drive.mcap"), &Setup::default()).expect("a log");
     let mut evidence = EvidenceBuffer::new(Nanos::from_millis(2_000), Nanos::from_millis(1));
@@ -24,12 +24,12 @@ fn handing_on_a_record_allocates_nothing() {
     for cycle in 0..20_000 {
         assert_no_alloc(|| {
             let mut record = CycleRecord { cycle, ..CycleRecord::BLANK };
-            record.robot_1.tell(None);
+            record.robot_1.set_command(None);
             record.robot_1.take(None, Nanos(0));
             if cycle > 19_000 {
                 record.cause = StopCause::Operator;
             }
-            // Rings that are full count here too: at this pace they must overflow.
+            // Full rings are covered too: at this pace they overflow.
             over += u64::from(log.push(record) == Handed::Over);
             evidence.push(&record);
             feed.push(&record);

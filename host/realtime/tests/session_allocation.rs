@@ -1,4 +1,4 @@
-//! A whole docking takes no memory from the heap in its cycles, in process and over real sockets; nor does the facility.
+//! A whole docking allocates nothing in its cycles, in process and over sockets; nor does the facility.
 
 use assert_no_alloc::{AllocDisabler, assert_no_alloc};
 use softdock_campaign::{Campaign, Station};
@@ -23,7 +23,7 @@ use std::rc::Rc;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Ends the test at an allocation where none may be.
+/// Aborts the test at a forbidden allocation.
 #[global_allocator]
 static ALLOCATOR: AllocDisabler = AllocDisabler;
 
@@ -34,7 +34,7 @@ fn shipped(file: &str) -> PathBuf {
 /// Run 1244 of `probe_drogue`, which docks, and its facility.
 fn docking() -> (SessionTask, World) {
     let campaign: Campaign = softdock_campaign::load(&shipped("probe_drogue.toml")).expect("a shipped campaign");
-    // A busy machine is late; that may end a drive, but not this test.
+    // A busy machine is late; that may end a session, but must not fail this test.
     let mut station = patient(&Station::load(&shipped("facilities/reference.toml")).expect("the shipped facility"));
     let rules = &mut station.rules;
     (rules.injected_energy, rules.force_rate, rules.following_error) = (1e3, 1e9, 1.0);
@@ -48,7 +48,7 @@ fn docking() -> (SessionTask, World) {
     (SessionTask { armed: true, ..SessionTask::new(plant, Arc::new(station), run, params) }, world)
 }
 
-/// Cycles of a session to its end, every one of them without the heap; the phases met.
+/// Runs a session to its end without allocation; returns the phases.
 fn drive(session: &mut Session) -> Vec<Phase> {
     let mut met = [false; Phase::ALL.len()];
     while !assert_no_alloc(|| session.cycle(None)) {
@@ -63,7 +63,7 @@ fn drive(session: &mut Session) -> Vec<Phase> {
 fn assert_docked(session: &Session, met: &[Phase]) {
     assert_eq!(session.record().cause, StopCause::Completed, "{:?}", session.core().refusal());
     for phase in [Phase::StartUp, Phase::Taring, Phase::Approach, Phase::Contact, Phase::Stopping, Phase::Stopped] {
-        assert!(met.contains(&phase), "{phase:?} was not met");
+        assert!(met.contains(&phase), "{phase:?} did not occur");
     }
 }
 
@@ -78,7 +78,7 @@ fn in_process() {
     assert_docked(&session, &met);
 }
 
-/// A session over sockets, the facility in a thread of its own; whether it had the rights to be on time.
+/// Runs a session over sockets, the facility in another thread; returns whether it had real-time rights.
 fn over_sockets() -> (Session, Vec<Phase>, bool) {
     let (task, world) = docking();
     let (mut facility, mut sockets, links) = loopback::rsi(world, Nanos::from_millis(4)).expect("sockets");
@@ -104,8 +104,8 @@ fn over_sockets() -> (Session, Vec<Phase>, bool) {
 fn over_rsi_and_net_ft_on_sockets() {
     for attempt in 1.. {
         let (session, met, on_time) = over_sockets();
-        // Without a real-time priority a busy machine may lose too many packets for a docking; even with one, another
-        // machine under this one may take its time.
+        // Without a real-time priority a busy machine may lose too many packets for a docking; even with one, a
+        // hypervisor may delay it.
         if session.record().cause == StopCause::Completed || attempt == 3 && on_time {
             return assert_docked(&session, &met);
         }

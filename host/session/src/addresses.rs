@@ -17,14 +17,14 @@ pub struct FacilityAddresses {
     all: [CheckedAddress; 3],
 }
 
-/// Links that take the commands, and the real links that a dry run only exercises.
+/// Links that receive the commands, and real links that a dry run only exercises.
 pub(crate) struct OpenedLinks {
     pub(crate) moved: Links,
     pub(crate) exercised: Option<Links>,
 }
 
 impl FacilityAddresses {
-    /// Reads the addresses of robot 1, robot 2 and the sensor.
+    /// Parses the addresses of robot 1, robot 2 and the sensor.
     ///
     /// # Errors
     /// If one of them is no address of its device's protocols.
@@ -33,33 +33,33 @@ impl FacilityAddresses {
         Ok(Self { all: [one?, two?, CheckedAddress::sensor(sensor)?] })
     }
 
-    /// Robot 1, robot 2, sensor.
+    /// Returns robot 1, robot 2, sensor.
     pub fn all(&self) -> &[CheckedAddress; 3] {
         &self.all
     }
 
-    /// The real links, as `scheme://place`.
+    /// Returns the real links, as `scheme://place`.
     pub fn real(&self) -> Vec<String> {
         self.all.iter().filter(|address| address.is_real()).map(CheckedAddress::shown).collect()
     }
 
-    /// Whether any of them is a real link.
+    /// Whether any link is real.
     pub fn any_real(&self) -> bool {
         self.all.iter().any(CheckedAddress::is_real)
     }
 
-    /// Cycle of robot 1, which is the master of the session's cycle.
+    /// Returns the cycle of robot 1, the clock master of the session.
     ///
     /// # Errors
-    /// If the address states a cycle that no robot has.
+    /// If the address states an invalid cycle.
     pub fn cycle(&self) -> Result<Nanos> {
         Ok(self.all[0].cycle()?)
     }
 
-    /// Configurations of the robots' controllers for these addresses: file names and texts.
+    /// Returns the configuration files of the robots' controllers for these addresses: names and texts.
     ///
     /// # Errors
-    /// If an address does not state what its configuration needs.
+    /// If an address lacks an option that its configuration needs.
     pub fn configurations(&self, station: &Station, report: &dyn Fn(LinkNotice)) -> Result<Vec<(String, String)>> {
         let mut files = Vec::new();
         for (index, address) in self.all[..2].iter().enumerate() {
@@ -72,8 +72,8 @@ impl FacilityAddresses {
 
     /// Opens all links of a session.
     ///
-    /// An emulated robot or sensor has its place in `world`, whose clock is `clock`; in a dry run with real links it has
-    /// a virtual clock of its own.
+    /// Emulated robots and sensors are part of `world` with its clock `clock`; in a dry run with real links they have a
+    /// virtual clock.
     pub(crate) fn open(
         &self,
         armed: bool,
@@ -99,7 +99,7 @@ impl FacilityAddresses {
         Ok(OpenedLinks { moved: links(&shadow), exercised: Some(real) })
     }
 
-    /// Sensor first; of the robots, those whose devices want frames from then on come last.
+    /// Opens the sensor first, and last the robots whose devices need frames from then on.
     fn linked(&self, context: &LinkContext) -> Result<Links> {
         let [one, two, ft] = &self.all;
         let sensor = ft.open_sensor(context)?;

@@ -1,4 +1,4 @@
-//! How a session ended: the values of `drive.json`, the operator's page and the terminal.
+//! Answer of a session: the values of `drive.json`, of the operator's page and of the terminal.
 
 use crate::plan::SessionPlan;
 use serde::{Serialize, Serializer};
@@ -15,7 +15,7 @@ use softdock_realtime::log::record::CycleRecord;
 use softdock_realtime::signals::{LinkFault, axis_name};
 use softdock_realtime::time::Nanos;
 
-/// How a session has ended.
+/// Outcome of a session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SessionOutcome {
     /// Completed, and every criterion of the task is met.
@@ -24,9 +24,9 @@ pub enum SessionOutcome {
     Fail,
     /// Stopped before its end: no verdict.
     NotCompleted,
-    /// Not begun.
+    /// Refused.
     Refused,
-    /// The checks were asked for, and have passed.
+    /// The requested checks have passed.
     Checked,
 }
 
@@ -40,7 +40,7 @@ impl SessionOutcome {
         }
     }
 
-    /// The word in `drive.json`.
+    /// Returns the word in `drive.json`.
     pub fn word(self) -> &'static str {
         match self {
             Self::Pass => "pass",
@@ -58,49 +58,49 @@ impl Serialize for SessionOutcome {
     }
 }
 
-/// The end of a session as the cycle's thread leaves it.
+/// The end of a session, as returned by the cycle's thread.
 #[derive(Clone, Debug)]
 pub struct EndedSession {
     /// The last cycle.
     pub last: CycleRecord,
-    /// The check that has refused the session.
+    /// The check that refused the session.
     pub refusal: Option<Check>,
     /// The checks of the start-up.
     pub checklist: Checklist,
-    /// How far robot 1 has moved its part back after the stop \[m\].
+    /// Distance by which robot 1 has retracted its part after the stop \[m\].
     pub retracted: Option<f64>,
-    /// What the links of robots 1 and 2 and of the sensor have failed with.
+    /// Faults of the links of robots 1 and 2 and of the sensor.
     pub faults: [Option<LinkFault>; 3],
-    /// Metrics of the run as the facility measures them.
+    /// Metrics of the run as measured by the facility.
     pub metrics: Metrics<f64>,
-    /// The session's rule that was met.
+    /// The session rule that was met.
     pub stop: Option<Stop>,
-    /// When the session was stopped, since its start, and why.
+    /// Time since the start, and cause of the stop.
     pub stopped: Option<(Nanos, Alarm)>,
     /// Greatest distance \[m\] and angle \[rad\] of each robot's tool from its command.
     pub worst_tracking: [[f64; 2]; 2],
-    /// Greatest share of its limit that an unexplained torque has had, robots 1 and 2.
+    /// Greatest share of its limit that an unexplained torque has reached, robots 1 and 2.
     pub worst_torques: [f64; 2],
-    /// Records that the log has written.
+    /// Records written by the log.
     pub log_records: u64,
-    /// Records that the log has lost.
+    /// Records lost by the log.
     pub log_records_lost: u64,
 }
 
-/// The rule that stopped a session.
+/// The session rule that stopped a session.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RuleMet {
     /// Name of the rule.
     pub id: &'static str,
-    /// The value that met it, in `unit`.
+    /// Value, in `unit`.
     pub value: f64,
-    /// The limit, in `unit`.
+    /// Limit, in `unit`.
     pub limit: f64,
     /// Unit of value and limit.
     pub unit: &'static str,
 }
 
-/// What a session was stopped for, and when.
+/// Cause and time of a stop.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct StopReason {
     /// Word of the cause.
@@ -109,51 +109,51 @@ pub struct StopReason {
     pub time_s: f64,
     /// Robot, from 1.
     pub robot: Option<usize>,
-    /// Axis as users call it.
+    /// Name of the axis for users.
     pub axis: Option<String>,
-    /// The value that was found, in `unit`.
+    /// Value, in `unit`.
     pub value: Option<f64>,
-    /// Its limit, in `unit`.
+    /// Limit, in `unit`.
     pub limit: Option<f64>,
     /// Unit of value and limit.
     pub unit: Option<&'static str>,
 }
 
-/// A check of the start-up.
+/// A start-up check.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CheckAnswer {
     /// Name of the check.
     pub id: &'static str,
     /// Robot, axis or sensor.
     pub subject: String,
-    /// What is checked.
+    /// Title of the check.
     pub title: &'static str,
-    /// Word of the answer.
+    /// Word of the outcome.
     pub answer: &'static str,
-    /// The value, in `unit`; none if it is not known.
+    /// The value, in `unit`; none if unknown.
     pub value: Option<f64>,
-    /// The limit, in `unit`.
+    /// Limit, in `unit`.
     pub limit: f64,
     /// SI unit of value and limit.
     pub unit: &'static str,
 }
 
-/// What a robot's link and tracking were like.
+/// Quality of a robot's link and tracking.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RobotValidity {
-    /// Reports that were lost or overtaken.
+    /// Lost or overtaken reports.
     pub lost_reports: u64,
-    /// Answers that the robot counts as late.
+    /// Answers that the robot reports as late.
     pub late_answers: u32,
     /// Answers that the robot has not taken.
     pub untaken_answers: u64,
-    /// Answers that were not sent, because their cycle was over.
+    /// Answers not sent, because their cycle was over.
     pub unsent_answers: u64,
-    /// Datagrams of other hosts.
+    /// Datagrams from other hosts.
     pub foreign_datagrams: u64,
-    /// Datagrams that could not be read.
+    /// Malformed datagrams.
     pub malformed_datagrams: u64,
-    /// Greatest share of its limit that an unexplained torque has had.
+    /// Greatest share of its limit that an unexplained torque has reached.
     pub worst_torque_share: f64,
     /// Greatest distance of the tool from its command \[m\].
     pub worst_tracking_m: f64,
@@ -161,54 +161,54 @@ pub struct RobotValidity {
     pub worst_tracking_rad: f64,
 }
 
-/// What confidence in a session's metrics rests on.
+/// Quality of the data behind a session's metrics.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Validity {
     /// Robot 1.
     pub robot_1: RobotValidity,
     /// Robot 2.
     pub robot_2: RobotValidity,
-    /// Samples of the sensor that were lost.
+    /// Lost samples of the sensor.
     pub lost_samples: u64,
     /// Cycles whose work took too long.
     pub overruns: u64,
-    /// Records that the log has lost.
+    /// Records lost by the log.
     pub log_records_lost: u64,
 }
 
-/// The answer of a session, before it is compared with the model; `drive.json`.
+/// The answer of a session, before its comparison with the model; `drive.json`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SessionAnswer {
     /// Campaign.
     pub campaign: String,
     /// Number of the run.
     pub run: u64,
-    /// The commands moved real robots.
+    /// Whether the commands moved real robots.
     pub armed: bool,
     /// Start of the session \[s since the Unix epoch\].
     pub began_unix_s: f64,
     /// Word of the cause that ended it.
     pub cause: &'static str,
-    /// How it ended.
+    /// Outcome.
     pub outcome: SessionOutcome,
-    /// The rule that stopped it.
+    /// The session rule that stopped it.
     pub rule: Option<RuleMet>,
-    /// What it was stopped for.
+    /// Cause and time of the stop.
     pub stop: Option<StopReason>,
     /// The check that refused it.
     pub refusal: Option<String>,
     /// Whether every criterion of the task is met.
     pub success: bool,
-    /// How far robot 1 has moved its part back after the stop \[m\].
+    /// Distance by which robot 1 has retracted its part after the stop \[m\].
     pub retracted_m: Option<f64>,
-    /// The checks of the start-up.
+    /// The start-up checks.
     pub checks: Vec<CheckAnswer>,
     /// Links, tracking, timing.
     pub validity: Validity,
 }
 
 impl EndedSession {
-    /// How the session has ended.
+    /// Returns the outcome.
     pub fn outcome(&self, plan: &SessionPlan) -> SessionOutcome {
         if self.refusal.is_some() {
             return SessionOutcome::Refused;
@@ -222,7 +222,7 @@ impl EndedSession {
         }
     }
 
-    /// The answer of the session.
+    /// Returns the answer of the session.
     pub fn answer(&self, plan: &SessionPlan) -> SessionAnswer {
         let (last, outcome) = (&self.last, self.outcome(plan));
         let rule = self.stop.map(|stop| {
@@ -270,7 +270,7 @@ impl EndedSession {
         }
     }
 
-    /// What the session was stopped for: robot, value and limit, where they are known.
+    /// Returns robot, value and limit of the stop, where they are known.
     pub fn stop_text(&self, plan: &SessionPlan) -> Option<String> {
         if let Some(stop) = self.stop {
             let row = stop.rule.row();
@@ -279,7 +279,7 @@ impl EndedSession {
             return Some(format!("{}: {sentence}; the value was {value}", row.id));
         }
         let (time, alarm) = self.stopped?;
-        let found = alarm.found?;
+        let found = alarm.violation?;
         let axis = found.axis.map_or_else(String::new, |axis| format!(", {}", axis_name(axis)));
         let robot = found.robot.map_or_else(String::new, |robot| format!("robot {}{axis}: ", robot + 1));
         let [value, limit] = [found.value, found.limit].map(|value| with_unit(value, found.unit));
@@ -288,9 +288,9 @@ impl EndedSession {
 }
 
 impl StopReason {
-    /// What a session was stopped for at a time since its start.
+    /// Returns the reason of a stop at a time since the start.
     pub fn new(time: Nanos, alarm: Alarm) -> Self {
-        let found = alarm.found;
+        let found = alarm.violation;
         Self {
             cause: alarm.cause.word(),
             time_s: time.seconds(),
@@ -304,9 +304,9 @@ impl StopReason {
 }
 
 impl CheckAnswer {
-    /// A check with its answer.
+    /// Returns a check with its outcome.
     pub fn new(check: &Check) -> Self {
-        let row = check.what.row();
+        let row = check.kind.row();
         Self {
             id: row.id,
             subject: check.subject(),

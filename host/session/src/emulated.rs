@@ -1,4 +1,4 @@
-//! The other side of the links: two emulated robots and a sensor behind their real protocols.
+//! An emulated facility on real protocols: two robots and a sensor.
 
 use crate::error::{Result, SessionError};
 use crate::files::parameters;
@@ -32,49 +32,49 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::time::Duration;
 
-/// Counts of the box without an address, per newton and newton metre.
+/// Counts of the sensor without an address, per newton and newton metre.
 const COUNTS: f64 = 1e6;
-/// How long nobody commands a robot before a new session is offered.
+/// Time without commands to a robot before a new session is offered.
 const PAUSE: Nanos = Nanos::from_millis(1000);
-/// A look at the sessions this often.
+/// Period of checking for ended sessions.
 const LOOK: Duration = Duration::from_millis(50);
-/// Robot 2's controller was switched on so long after robot 1's.
+/// Delay of robot 2's cycles after robot 1's.
 const PHASE: Nanos = Nanos::from_micros(1300);
 /// Bias of the sensor: force \[N\] and moment \[N m\].
 const BIAS: Wrench<f64> = Wrench { force: vec3(3.0, -2.0, 8.0), moment: vec3(0.1, 0.05, -0.08) };
 
-/// What is asked of an emulated facility.
+/// Request for an emulated facility.
 #[derive(Clone, Debug)]
 pub struct EmulationOptions {
     /// Scenario file; or a campaign file, if `run` is given.
     pub scenario: PathBuf,
-    /// The draw of the campaign; without it the scenario's own values.
+    /// The draw of the campaign; `None`: the scenario's own values.
     pub run: Option<RunChoice>,
-    /// Facility file in the place of the scenario's.
+    /// Facility file in place of the scenario's.
     pub facility: Option<PathBuf>,
-    /// Addresses of robots 1 and 2; a robot without one stands still.
+    /// Addresses of robots 1 and 2; a robot without one is at rest.
     pub robots: [Option<String>; 2],
     /// Address of the sensor.
     pub sensor: Option<String>,
     /// Effects file: keys of the scenario that differ.
     pub effects: Option<PathBuf>,
-    /// Offer no new session after the first one.
+    /// Whether no new session is offered after the first one.
     pub once: bool,
 }
 
-/// What an emulated facility reports.
+/// Notice of an emulated facility.
 #[derive(Debug)]
 pub enum EmulationNotice {
     /// A link reports at its opening.
     Link(LinkNotice),
     /// The operating system refuses a real-time right.
     Rights(Warning),
-    /// So many sessions are over.
+    /// Number of ended sessions.
     SessionOver(u32),
 }
 
 impl EmulationNotice {
-    /// Whether it is something to beware of.
+    /// Whether the notice is a warning.
     pub fn is_warning(&self) -> bool {
         match self {
             Self::Link(notice) => notice.is_warning(),
@@ -96,7 +96,7 @@ impl fmt::Display for EmulationNotice {
     }
 }
 
-/// What really happened at an emulated facility.
+/// True parameters and events of an emulated facility.
 #[derive(Clone, Debug, Serialize)]
 pub struct FacilityTruth {
     /// Number of the run.
@@ -126,13 +126,13 @@ pub struct FacilityTruth {
 /// The end of an emulated facility.
 #[derive(Debug)]
 pub struct EmulationSummary {
-    /// Lateness of the facility at its own instants.
+    /// Lateness of the facility's events.
     pub lateness: Histogram,
-    /// Why robots 1 and 2 have stopped following, if they have.
+    /// Reason why robots 1 and 2 have stopped following, if they have.
     pub ends: [Option<&'static str>; 2],
     /// Whether the latch has closed.
     pub captured: bool,
-    /// Parameters and what happened.
+    /// Parameters and events.
     pub truth: FacilityTruth,
 }
 
@@ -145,14 +145,14 @@ struct Source {
     run: u64,
 }
 
-/// An emulated facility whose ports are open.
+/// An emulated facility with open ports.
 pub struct FacilityEmulator {
     source: Source,
     facility: EmulatedFacility,
     sockets: Sockets,
     over: Arc<AtomicU32>,
     begin: Nanos,
-    /// Servers beside the ports; they end with this.
+    /// Servers beside the ports; they end on drop.
     _servers: Vec<Box<dyn Any>>,
 }
 
@@ -187,10 +187,10 @@ impl FacilityEmulator {
         Ok(Self { source, facility, sockets, over, begin, _servers: servers })
     }
 
-    /// Serves the facility until `stop` holds, or for so many seconds since its opening.
+    /// Serves the facility until `stop` holds, or for this time since its opening \[s\].
     ///
     /// # Errors
-    /// If a socket fails, or the thread must not go on without its rights.
+    /// If a socket fails, or a required right is refused.
     pub fn serve(
         mut self,
         rights: CycleRights,
@@ -202,7 +202,7 @@ impl FacilityEmulator {
         let mut lateness = Histogram::default();
         let (facility, sockets, over) = (&mut self.facility, &mut self.sockets, &self.over);
         std::thread::scope(|scope| -> Result<()> {
-            // Before the priority is raised, which it would inherit.
+            // Started before the priority is raised, which it would inherit.
             scope.spawn(|| report_sessions(over, stop, report));
             let served = rights
                 .apply(|warning| report(EmulationNotice::Rights(warning)))
@@ -254,7 +254,7 @@ impl Source {
     }
 }
 
-/// The electronics of the sensor; without an address it has a port that nobody reaches.
+/// Creates the electronics of the sensor; without an address it has an unreachable port.
 fn sensor(address: Option<&str>) -> Result<EmulatedEnd<dyn SensorBox>> {
     match address {
         Some(text) => Ok(CheckedAddress::emulated_sensor(text)?.emulate_sensor()?),
@@ -267,7 +267,7 @@ fn sensor(address: Option<&str>) -> Result<EmulatedEnd<dyn SensorBox>> {
     }
 }
 
-/// Reports when a session is over, until the facility ends.
+/// Reports each ended session, until the facility ends.
 fn report_sessions(over: &AtomicU32, stop: &AtomicBool, report: &dyn Fn(EmulationNotice)) {
     let mut reported = 0;
     while !stop.load(Ordering::Relaxed) {
@@ -280,7 +280,7 @@ fn report_sessions(over: &AtomicU32, stop: &AtomicBool, report: &dyn Fn(Emulatio
     }
 }
 
-/// The controller of a robot without an address: the robot stands.
+/// The controller of a robot without an address: the robot is at rest.
 struct Idle([f64; AXES]);
 
 impl EmulatedController for Idle {

@@ -1,4 +1,4 @@
-//! Why a session, an emulated facility or a replay cannot begin or go on.
+//! Errors of sessions, emulated facilities and replays.
 
 use softdock_campaign::Problems;
 use softdock_realtime::drive::core::Unprepared;
@@ -11,15 +11,15 @@ use std::io;
 /// Result of this crate.
 pub(crate) type Result<T> = std::result::Result<T, SessionError>;
 
-/// What can go wrong with a session.
+/// An error of a session.
 #[derive(Debug, thiserror::Error)]
 pub enum SessionError {
-    /// What was asked for cannot be done.
+    /// The request cannot be met.
     #[error("{what}")]
     Refused {
-        /// What is wrong.
+        /// Problem.
         what: String,
-        /// What to do.
+        /// Remedy.
         remedy: String,
     },
     /// A campaign, scenario, facility, experiment or effects file cannot be used.
@@ -40,13 +40,13 @@ pub enum SessionError {
     /// A results file cannot be written.
     #[error(transparent)]
     Results(#[from] softdock_results::ResultsError),
-    /// A file, a socket or a thread is refused by the operating system.
+    /// The operating system refuses a file, a socket or a thread.
     #[error(transparent)]
     System(#[from] io::Error),
 }
 
 impl SessionError {
-    /// What to do about it, where more than the message is known.
+    /// Returns the remedy, where more is known than the message.
     pub fn remedy(&self) -> Option<&str> {
         match self {
             Self::Refused { remedy, .. } => Some(remedy),

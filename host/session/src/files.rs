@@ -1,4 +1,4 @@
-//! The files of a session: the log and its Parquet twin, the evidence before a stop, `drive.json`.
+//! Files of a session: the log as MCAP and Parquet, the evidence before a stop, `drive.json`.
 
 use crate::answer::{EndedSession, SessionAnswer};
 use crate::error::{Result, SessionError};
@@ -25,19 +25,19 @@ use std::path::Path;
 /// Rows of a Parquet part.
 const PART: usize = 8192;
 
-/// The parameters of a draw by their names.
+/// Returns the parameters of a draw by their names.
 pub(crate) fn parameters(params: &Params<f64>) -> serde_json::Map<String, serde_json::Value> {
     let fields = fields::<f64, Params<f64>>().into_iter().zip(to_vec(params));
     fields.map(|(field, value)| (field.name, value.into())).collect()
 }
 
-/// A value as readable JSON, its keys in order.
+/// Formats a value as indented JSON, its keys in order.
 pub(crate) fn readable(value: &impl Serialize) -> Result<String> {
     let value = serde_json::to_value(value).map_err(std::io::Error::from)?;
     Ok(serde_json::to_string_pretty(&value).map_err(std::io::Error::from)?)
 }
 
-/// What the log states at its start: scene, files, provenance.
+/// Returns the static contents of the log: scene, files, provenance.
 pub(crate) fn log_setup(plan: &SessionPlan) -> Result<Setup> {
     let SessionPlan { campaign, task, options, .. } = plan;
     let started = since_epoch()?;
@@ -100,14 +100,14 @@ pub(crate) fn write_answer(folder: &Path, answer: &SessionAnswer) -> Result<()> 
 pub(crate) fn export(log: &Path, parquet: &Path) -> Result<()> {
     let log = read_log(log)?;
     if log.records.is_empty() {
-        let remedy = "nothing was driven: see the evidence";
+        let remedy = "the session did not begin: see the evidence";
         return Err(SessionError::refused("the log holds no cycle", remedy));
     }
     let metadata: Vec<(String, String)> = log.prologue.provenance.into_iter().collect();
     write_records(parquet, &log.records, &metadata)
 }
 
-/// Writes records as Parquet, with metadata beside them.
+/// Writes records as Parquet with metadata.
 pub(crate) fn write_records(parquet: &Path, records: &[CycleRecord], metadata: &[(String, String)]) -> Result<()> {
     let parts = records.chunks(PART).map(|records| Ok(table(records)));
     write_drive_log(parquet, parts, metadata)?;

@@ -1,4 +1,4 @@
-//! An emulated facility that differs from its scenario by effects that the session does not know.
+//! Applies effects that the session does not know to an emulated facility.
 
 use crate::error::Result;
 use softdock_campaign::Scenario;
@@ -7,7 +7,7 @@ use softdock_kernels::model::Model;
 use softdock_kernels::params::Params;
 use std::path::Path;
 
-/// The model and the draw of a facility with the effects of a file, if there is one.
+/// Returns the model and the draw of a facility with the effects of a file, if there is one.
 pub(crate) fn with_effects(
     scenario: &Scenario,
     effects: Option<&Path>,
@@ -21,7 +21,7 @@ pub(crate) fn with_effects(
     Ok((other.model, params))
 }
 
-/// The draw, with each parameter that the effects change in the scenario changed likewise.
+/// Returns the draw, with the effects' changes of each parameter.
 fn replaced(draw: &Params<f64>, before: &Params<f64>, after: &Params<f64>) -> Params<f64> {
     let (before, after) = (to_vec(before), to_vec(after));
     let changed = before.iter().zip(&after).zip(to_vec(draw));

@@ -1,9 +1,9 @@
 //! A session: one run of a campaign on robots, real or emulated, from its plan to the files that it writes.
 //!
-//! [`plan`] checks what is asked for, [`run`] opens the links and runs the cycle, an [`operator`] watches it (a
-//! terminal, the web page of [`page`], a test), [`answer`] states how it ended, and [`prediction`] compares its metrics
-//! with those that the model predicts. [`emulated`] is the other side of the links, [`replay`] repeats the decisions of
-//! a log, and [`rehearsal`] runs draws of a campaign on emulated robots.
+//! [`plan`] checks the request, [`run`] opens the links and runs the cycle, an [`operator`] watches it (a terminal, the
+//! web page of [`page`], a test), [`answer`] states its end, and [`prediction`] compares its metrics with the model's
+//! prediction. [`emulated`] serves the emulated facility, [`replay`] repeats the decisions of a log, and [`rehearsal`]
+//! runs draws of a campaign on emulated robots. [`terminal_text`] renders the values for a terminal.
 //!
 //! Nothing here prints, ends the process or keeps global state.
 

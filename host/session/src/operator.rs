@@ -1,4 +1,4 @@
-//! Whoever watches a session: a terminal, a web page, a test.
+//! Interface of a session's operator: a terminal, a web page, a test.
 
 use crate::answer::SessionAnswer;
 use softdock_realtime::drive::controls::Controls;
@@ -8,7 +8,7 @@ use softdock_realtime::process::Warning;
 use softdock_realtime::view::model::Budgets;
 use std::fmt;
 
-/// What a session reports while it begins.
+/// Notice at the begin of a session.
 #[derive(Debug)]
 pub enum SessionNotice {
     /// A link reports at its opening.
@@ -18,7 +18,7 @@ pub enum SessionNotice {
 }
 
 impl SessionNotice {
-    /// Whether it is something to beware of.
+    /// Whether the notice is a warning.
     pub fn is_warning(&self) -> bool {
         match self {
             Self::Link(notice) => notice.is_warning(),
@@ -36,20 +36,20 @@ impl fmt::Display for SessionNotice {
     }
 }
 
-/// Watches a session. GO and stop go to the session's [`Controls`], from any thread.
+/// An operator of a session. GO and stop go to the session's [`Controls`], from any thread.
 pub trait Operator: Sync {
-    /// Takes what the session reports while it begins; called in the cycle's thread, before the first cycle.
+    /// Receives a notice at the begin of the session; called in the cycle's thread, before the first cycle.
     fn notice(&self, notice: &SessionNotice);
 
     /// Watches the session until it has ended ([`Controls::ended`]); called once, in the thread that runs the session.
-    /// The session goes on if this returns early.
+    /// The session continues if this returns early.
     fn watch(&self, samples: Samples, budgets: Budgets, controls: &Controls);
 
-    /// Takes the answer of a session that has run; called in the cycle's thread, before [`Controls::ended`] holds.
+    /// Receives the answer of a finished session; called in the cycle's thread, before [`Controls::ended`] holds.
     fn answered(&self, answer: &SessionAnswer);
 }
 
-/// Nobody watches: for tests, and for programs that only want the answer.
+/// An operator without output, for tests and programs that only need the answer.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Unwatched;
 

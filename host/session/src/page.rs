@@ -1,7 +1,7 @@
 //! The operator's page of a session: checks, GO, stop and state in a browser on this machine.
 //!
-//! The page can move robots. It is served on loopback alone, to requests that name this address, and takes a command
-//! only with the token that the page itself holds: no other page in the same browser can send one.
+//! The page can move robots. It is served on loopback only, to requests that name this address, and accepts a command
+//! only with the page's own token: no other page in the same browser can send one.
 
 use crate::answer::{SessionAnswer, StopReason};
 use crate::error::{Result, SessionError};
@@ -26,16 +26,16 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 use tokio::sync::oneshot;
 
-/// Where the page is served unless another address is given.
+/// Default address of the page.
 pub const DEFAULT_ADDRESS: &str = "127.0.0.1:8765";
-/// Header that carries the page's token.
+/// Header of the page's token.
 const TOKEN: &str = "x-softdock-token";
-/// Bars of the force's history on the page: 30 s.
+/// Bars of the force history on the page: 30 s.
 const BARS: usize = 300;
-/// Time in which the page may fetch how the session has ended.
+/// Time in which the page may fetch the end of the session.
 const LAST_LOOK: Duration = Duration::from_secs(2);
 
-/// What page and session share.
+/// State shared by page and session.
 pub struct PageBoard {
     controls: Arc<Controls>,
     token: String,
@@ -43,13 +43,13 @@ pub struct PageBoard {
     state: Mutex<Value>,
     about: Mutex<Value>,
     outcome: Mutex<Value>,
-    /// A page looks, and has fetched how the session ended.
+    /// Whether a page is open, and has fetched the end of the session.
     watched: AtomicBool,
     has_seen_end: AtomicBool,
 }
 
-/// The operator's page of one session, served until it is dropped; then a page that was looked at has a moment to fetch
-/// how the session has ended.
+/// The operator's page of one session, served until dropped; an open page then has a moment to fetch the end of the
+/// session.
 pub struct OperatorPage {
     board: Arc<PageBoard>,
     stop: Option<oneshot::Sender<()>>,
@@ -57,12 +57,12 @@ pub struct OperatorPage {
 }
 
 impl OperatorPage {
-    /// Serves the page of a session at an address of loopback; GO and stop go to `controls`.
+    /// Serves the page of a session at a loopback address; GO and stop go to `controls`.
     ///
     /// # Errors
-    /// If the address is not of loopback, or cannot be listened on.
+    /// If the address is not on loopback, or cannot be bound.
     pub fn serve(address: &str, controls: &Arc<Controls>, plan: &SessionPlan) -> Result<Self> {
-        let remedy = "write --serve 127.0.0.1:8765; to look at it from another machine, forward that port with ssh";
+        let remedy = "write --serve 127.0.0.1:8765; to open it from another machine, forward that port with ssh";
         let wanted: SocketAddr = address
             .parse()
             .map_err(|_| SessionError::refused(format!("`{address}` is no address of an operator's page"), remedy))?;
@@ -94,7 +94,7 @@ impl OperatorPage {
                 let listener = tokio::net::TcpListener::from_std(listener).expect("a listener that does not block");
                 let served = axum::serve(listener, router(for_server));
                 tokio::select! {
-                    // A page that cannot be served any more asks for no stop: keys and signals still do.
+                    // A failed page requests no stop: keys and signals still do.
                     _ = served.into_future() => {}
                     _ = stopped => {}
                 }
@@ -103,18 +103,18 @@ impl OperatorPage {
         Ok(Self { board, stop: Some(stop), thread: Some(thread) })
     }
 
-    /// Where the page is.
+    /// Returns the address of the page.
     pub fn address(&self) -> SocketAddr {
         self.board.address
     }
 
-    /// What the session writes to.
+    /// Returns the board that the session writes to.
     pub fn board(&self) -> &PageBoard {
         &self.board
     }
 }
 
-/// What the page shows of a session that never changes.
+/// Static values of a session for the page.
 fn about(plan: &SessionPlan) -> Result<Value> {
     let (task, station) = (plan.task(), &plan.task().station);
     let robots = station.robots.iter().zip(plan.addresses().all());
@@ -127,7 +127,7 @@ fn about(plan: &SessionPlan) -> Result<Value> {
         "began_unix_s": since_epoch()?.seconds(), "robots": robots.collect::<Vec<_>>(),
         "rules": rules::in_force(&task.plant.facility),
         "links": format!(
-            "links: more than {} lost or untaken cycles in a row, more than {} in {} s; a tool more than {:.1} mm + {} s x \
+            "links: more than {} successive lost or untaken cycles, more than {} in {} s; a tool more than {:.1} mm + {} s x \
              commanded speed from its command; sensor older than {:.1} ms",
             links.hold_cycles, links.window_cycles, links.window, links.tracking.distance * 1e3, links.tracking.time,
             links.sensor_age * 1e3,
@@ -135,7 +135,7 @@ fn about(plan: &SessionPlan) -> Result<Value> {
     }))
 }
 
-/// 128 random bits.
+/// Returns 128 random bits.
 fn token() -> Result<String> {
     let mut bytes = [0; 16];
     getrandom::fill(&mut bytes)
@@ -162,12 +162,12 @@ impl Drop for OperatorPage {
 }
 
 impl PageBoard {
-    /// Shows a picture of the session.
+    /// Shows the state of the session.
     pub fn show(&self, view: &View) {
         *self.state.lock().unwrap_or_else(PoisonError::into_inner) = state(view);
     }
 
-    /// Shows how the session has ended.
+    /// Shows the end of the session.
     pub fn finish(&self, answer: &SessionAnswer) {
         *self.outcome.lock().unwrap_or_else(PoisonError::into_inner) = json!(answer);
     }
@@ -188,13 +188,13 @@ fn router(board: Arc<PageBoard>) -> Router {
         .with_state(board)
 }
 
-/// A request that names another host comes from a page of somebody else.
+/// A request that names another host comes from a foreign page.
 async fn only_this_address(State(board): State<Arc<PageBoard>>, request: Request, next: Next) -> Response {
     let host = request.headers().get(header::HOST).and_then(|host| host.to_str().ok()).unwrap_or_default();
     let port = board.address.port();
     let own = [board.address.to_string(), format!("localhost:{port}")];
     if !own.iter().any(|own| own == host) {
-        return (StatusCode::FORBIDDEN, "this page is served to this machine alone").into_response();
+        return (StatusCode::FORBIDDEN, "this page is served to this machine only").into_response();
     }
     if request.method() == axum::http::Method::POST {
         let token = request.headers().get(TOKEN).and_then(|token| token.to_str().ok()).unwrap_or_default();
@@ -240,7 +240,7 @@ async fn stop(State(board): State<Arc<PageBoard>>) -> Response {
     StatusCode::NO_CONTENT.into_response()
 }
 
-/// A number for the page; what is not known is null.
+/// Converts a number for the page; an unknown one is null.
 fn number(value: f64) -> Value {
     if value.is_finite() { json!(value) } else { Value::Null }
 }
@@ -251,7 +251,7 @@ fn micros(times: Percentiles) -> Value {
 }
 
 fn check(check: &Check) -> Value {
-    let (row, answer) = (check.what.row(), check.answer());
+    let (row, answer) = (check.kind.row(), check.answer());
     json!({
         "id": row.id, "subject": check.subject(), "title": row.title, "answer": answer.word(),
         "value": check.value_text(), "limit": check.limit_text(),
@@ -259,10 +259,10 @@ fn check(check: &Check) -> Value {
     })
 }
 
-/// A session as the page shows it.
+/// Converts a view for the page.
 fn state(view: &View) -> Value {
     let now = &view.newest;
-    // Before the run the parts are not where the simulation has them.
+    // Before the run the parts are not at their simulated poses.
     let runs = matches!(now.phase, Phase::Approach | Phase::Contact | Phase::Free | Phase::Captured | Phase::Stopping);
     let robot = |r: usize| {
         let robot = &now.robots[r];
@@ -290,6 +290,6 @@ fn state(view: &View) -> Value {
         "robots": [robot(0), robot(1)],
         "checks": notice.checklist.checks().iter().map(check).collect::<Vec<_>>(),
         "refusal": notice.refusal.map(|refusal| refusal.to_string()),
-        "stop": notice.stopped.map(|(time, alarm)| StopReason::new(time, alarm)), "retracted_mm": notice.retracted.map(|way| way * 1e3),
+        "stop": notice.stopped.map(|(time, alarm)| StopReason::new(time, alarm)), "retracted_mm": notice.retracted.map(|distance| distance * 1e3),
     })
 }

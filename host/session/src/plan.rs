@@ -1,4 +1,4 @@
-//! What a session is made of before its links are open: files read, rules compared, addresses checked.
+//! Plans a session before its links open: reads files, compares rules, checks addresses.
 
 use crate::addresses::FacilityAddresses;
 use crate::error::{Result, SessionError};
@@ -16,12 +16,12 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// What a session may do to real robots.
+/// Permission of a session to move real robots.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SessionMode {
-    /// Nothing real moves: the real links are exercised, and emulated robots move in their place.
+    /// No real robot moves: the real links are exercised, and emulated robots move in their place.
     DryRun,
-    /// The checks of the start-up alone: nothing moves.
+    /// The start-up checks only: nothing moves.
     CheckOnly,
     /// The commands move real robots.
     Armed,
@@ -38,12 +38,12 @@ impl SessionMode {
     }
 }
 
-/// The run of a campaign that is asked for.
+/// Selects a run of a campaign.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum RunChoice {
-    /// The run of a number.
+    /// The run of this number.
     Number(u64),
-    /// The run that an experiment file names.
+    /// The run that an experiment file states.
     Experiment(PathBuf),
 }
 
@@ -56,16 +56,16 @@ pub fn parse_retraction(text: &str) -> std::result::Result<f64, String> {
     if (1.0..=500.0).contains(&distance) { Ok(1e-3 * distance) } else { Err("write 1 to 500 millimetres".to_owned()) }
 }
 
-/// What is asked of a session.
+/// Request for a session.
 #[derive(Clone, Debug)]
 pub struct SessionOptions {
     /// Campaign file.
     pub campaign: PathBuf,
-    /// Scenario file in the place of the campaign's.
+    /// Scenario file in place of the campaign's.
     pub model: Option<PathBuf>,
-    /// Facility file in the place of the scenario's, with the same rules.
+    /// Facility file in place of the scenario's, with the same rules.
     pub facility: Option<PathBuf>,
-    /// Which run.
+    /// The run.
     pub run: RunChoice,
     /// Number of this repeat of the run, from 1: emulated links have other noise in each.
     pub repeat: u64,
@@ -75,15 +75,15 @@ pub struct SessionOptions {
     pub robots: [String; 2],
     /// Address of the sensor.
     pub sensor: String,
-    /// What real robots may do.
+    /// Permission to move real robots.
     pub mode: SessionMode,
-    /// After a stop robot 1 moves its part back along the approach by so much \[m\]; 0: it stays.
+    /// Distance by which robot 1 retracts its part along the approach after a stop \[m\]; 0: none.
     pub retract: f64,
-    /// Armed robots move as soon as every check has passed, without GO.
+    /// Whether armed robots move as soon as every check has passed, without GO.
     pub go_after_check: bool,
-    /// Real robots away from the start of the run are moved there.
+    /// Whether real robots away from the start of the run are moved there.
     pub to_start: bool,
-    /// In virtual time, for emulated robots alone.
+    /// Whether the session runs in virtual time; emulated robots only.
     pub virtual_time: bool,
     /// Rights of the cycle's thread.
     pub rights: CycleRights,
@@ -91,13 +91,13 @@ pub struct SessionOptions {
     pub out: Option<PathBuf>,
 }
 
-/// A session that can begin.
+/// A checked session, ready to run.
 pub struct SessionPlan {
-    /// What was asked for.
+    /// The request.
     pub(crate) options: SessionOptions,
     pub(crate) campaign: Campaign,
     pub(crate) task: SessionTask,
-    /// The facility that stands in for a real one.
+    /// The facility that emulates the real one.
     pub(crate) emulated: (Arc<Plant>, Params<f64>),
     pub(crate) addresses: FacilityAddresses,
     pub(crate) out: PathBuf,
@@ -105,11 +105,11 @@ pub struct SessionPlan {
 }
 
 impl SessionPlan {
-    /// Reads the files of a session and checks what is asked for.
+    /// Reads the files of a session and checks the request.
     ///
     /// # Errors
-    /// If a file cannot be used, the facility has other rules than the campaign was judged by, the robots may not be
-    /// armed, or what is asked for does not fit together.
+    /// If a file cannot be used, the facility has other rules than the campaign, the robots may not be armed, or
+    /// options contradict each other.
     pub fn new(options: SessionOptions) -> Result<Self> {
         let campaign = Campaign::load_with(&options.campaign, options.model.as_deref())?;
         let station = facility_of(&campaign.scenario, options.facility.as_deref())?;
@@ -123,21 +123,21 @@ impl SessionPlan {
         }
         let any_real = addresses.any_real();
         if options.virtual_time && any_real {
-            let remedy = "leave --virtual away: real robots have the time of the clock on the wall";
-            return Err(SessionError::refused("virtual time is for emulated robots alone", remedy));
+            let remedy = "remove --virtual: real robots run in real time";
+            return Err(SessionError::refused("virtual time is for emulated robots only", remedy));
         }
         let plant = Arc::new(Plant::new(campaign.scenario.model.clone()));
         let task = SessionTask {
             armed,
-            // Emulated robots need nobody's leave to move to the start.
+            // Emulated robots may always move to the start.
             to_start: options.to_start || !any_real || !armed,
             check_only: options.mode == SessionMode::CheckOnly,
             retract: options.retract,
             ..SessionTask::new(plant, Arc::new(station), run, campaign.draw(run).params)
         };
         if options.effects.is_some() && any_real {
-            let remedy = "give them to `softdock emulate`";
-            return Err(SessionError::refused("secret effects are for emulated facilities alone", remedy));
+            let remedy = "pass the effects file to `softdock emulate`";
+            return Err(SessionError::refused("hidden effects are for emulated facilities only", remedy));
         }
         let (model, params) = with_effects(&campaign.scenario, options.effects.as_deref(), task.params)?;
         let out = match &options.out {
@@ -148,22 +148,22 @@ impl SessionPlan {
         Ok(Self { options, campaign, task, emulated, addresses, out, repeats })
     }
 
-    /// The campaign.
+    /// Returns the campaign.
     pub fn campaign(&self) -> &Campaign {
         &self.campaign
     }
 
-    /// What is driven, and where.
+    /// Returns the task of the session.
     pub fn task(&self) -> &SessionTask {
         &self.task
     }
 
-    /// The addresses of robots and sensor.
+    /// Returns the addresses of robots and sensor.
     pub fn addresses(&self) -> &FacilityAddresses {
         &self.addresses
     }
 
-    /// The results folder.
+    /// Returns the results folder.
     pub fn folder(&self) -> &Path {
         &self.out
     }
@@ -199,26 +199,26 @@ impl SessionPlan {
     /// If it holds one.
     pub fn check_folder(&self) -> Result<()> {
         if self.out.join("log.mcap").exists() {
-            let remedy = "give another folder with --out, or remove this one: a log is never written over";
-            let what = format!("`{}` holds the log of a drive already", self.out.display());
+            let remedy = "name another folder with --out, or remove this one: a log is never overwritten";
+            let what = format!("`{}` already holds the log of a session", self.out.display());
             return Err(SessionError::refused(what, remedy));
         }
         Ok(())
     }
 
-    /// What will move, in one line.
+    /// Returns the mode in one line.
     pub fn mode_text(&self) -> &'static str {
         match (self.options.mode, self.addresses.any_real()) {
-            (SessionMode::CheckOnly, _) => "checks alone: nothing moves",
+            (SessionMode::CheckOnly, _) => "checks only: nothing moves",
             (SessionMode::Armed, _) => "ARMED: the robots will move",
             (SessionMode::DryRun, true) => {
-                "dry run: the real robots are asked for nothing, emulated ones move in their place"
+                "dry run: real robots get no motion commands, emulated ones move in their place"
             }
             (SessionMode::DryRun, false) => "emulated robots in process",
         }
     }
 
-    /// Limits of the axes and of the links, and the rules that stop the session: several lines.
+    /// Returns the limits of axes and links, and the rules that stop the session: several lines.
     pub fn limits_text(&self) -> String {
         let station = &self.task.station;
         let links = &station.links;
@@ -239,13 +239,13 @@ impl SessionPlan {
         )
     }
 
-    /// The session's clock, as log and evidence name it.
+    /// Returns the session's clock, as named in log and evidence.
     pub(crate) fn clock_text(&self) -> &'static str {
         if self.options.virtual_time { "virtual" } else { "CLOCK_MONOTONIC" }
     }
 }
 
-/// The facility of a scenario, or the one that is named in its place.
+/// Returns the facility of a scenario, or the named one in its place.
 pub(crate) fn facility_of(scenario: &Scenario, named: Option<&Path>) -> Result<Station> {
     match (named, &scenario.station) {
         (Some(file), _) => Ok(Station::load(file)?),
@@ -257,7 +257,7 @@ pub(crate) fn facility_of(scenario: &Scenario, named: Option<&Path>) -> Result<S
     }
 }
 
-/// A campaign's answer holds for the rules that it was judged by: no session is driven under others.
+/// Refuses a facility with other rules than those of the campaign: its verdict holds for its own rules only.
 fn refuse_other_rules(scenario: &Scenario, station: &Station) -> Result<()> {
     let judged = |station: &Station| {
         let robots = station.session_robots();
@@ -273,7 +273,7 @@ fn refuse_other_rules(scenario: &Scenario, station: &Station) -> Result<()> {
     ))
 }
 
-/// The run that is asked for, and how often an experiment asks for it.
+/// Returns the selected run, and the repeats that an experiment requests.
 pub(crate) fn chosen_run(campaign: &Campaign, choice: &RunChoice) -> Result<(u64, Option<u64>)> {
     match choice {
         RunChoice::Experiment(file) => {
@@ -288,7 +288,7 @@ pub(crate) fn chosen_run(campaign: &Campaign, choice: &RunChoice) -> Result<(u64
     }
 }
 
-/// Results folder of a session if none is named. Checks are repeated: each has a folder of its own.
+/// Returns the default results folder of a session. Checks are repeated: each has its own folder.
 fn default_folder(options: &SessionOptions, campaign: &Campaign, run: u64) -> Result<PathBuf> {
     let repeat = if options.repeat > 1 { format!("_{}", options.repeat) } else { String::new() };
     let name = match options.mode {
@@ -298,7 +298,7 @@ fn default_folder(options: &SessionOptions, campaign: &Campaign, run: u64) -> Re
     Ok(Path::new("results").join(name))
 }
 
-/// The wall clock \[ns since the Unix epoch\].
+/// Returns the wall clock \[ns since the Unix epoch\].
 pub(crate) fn since_epoch() -> io::Result<Nanos> {
     let since = SystemTime::now().duration_since(UNIX_EPOCH).map_err(io::Error::other)?;
     Ok(Nanos(since.as_nanos() as i64))

@@ -1,4 +1,4 @@
-//! What the model predicts of a session: the same draw on facilities as the campaign disperses them.
+//! Prediction of a session: the same draw on facilities as dispersed by the campaign.
 
 use crate::answer::{EndedSession, SessionAnswer};
 use crate::error::Result;
@@ -14,8 +14,8 @@ use softdock_realtime::drive::core::SessionTask;
 use softdock_realtime::drive::prediction::{PredictedRun, expect};
 use softdock_realtime::log::codes::StopCause;
 
-/// Metrics that a facility does not measure, or that have no meaning for a single run.
-const UNSEEN: [&str; 9] = [
+/// Metrics that a facility does not measure, or that are undefined for a single run.
+const UNMEASURED: [&str; 9] = [
     "end_time",
     "peak_depth",
     "linear_momentum_error",
@@ -27,7 +27,7 @@ const UNSEEN: [&str; 9] = [
     "restitution",
 ];
 
-/// A metric of the run beside its 95 % band of predictions.
+/// A metric of the run with its 95 % prediction interval.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MetricBand {
     /// Name.
@@ -40,7 +40,7 @@ pub struct MetricBand {
     pub lo: f64,
     /// 97.5 % quantile of the predictions.
     pub hi: f64,
-    /// Whether the run's value lies in the band.
+    /// Whether the run's value lies in the interval.
     pub inside: bool,
 }
 
@@ -51,7 +51,7 @@ pub struct SessionPrediction {
     pub predicted_success: f64,
     /// Number of predictions.
     pub predictions: u64,
-    /// The run's metrics, each with its band.
+    /// The run's metrics, each with its interval.
     pub metrics: Vec<MetricBand>,
 }
 
@@ -61,13 +61,13 @@ pub struct PredictedAnswer {
     /// The session's own answer.
     #[serde(flatten)]
     pub answer: SessionAnswer,
-    /// What the model predicts.
+    /// Prediction of the model.
     #[serde(flatten)]
     pub prediction: SessionPrediction,
 }
 
 impl SessionPlan {
-    /// Compares an ended session with the predictions of so many other draws, and writes the result to `drive.json`.
+    /// Compares an ended session with `runs` predictions of other draws, and writes the result to `drive.json`.
     ///
     /// # Errors
     /// If the run cannot be predicted on these robots, or the file cannot be written.
@@ -84,18 +84,19 @@ impl SessionPlan {
         let all: Vec<(Metrics<f64>, bool)> = (0..runs)
             .into_par_iter()
             .map(|k| {
-                // The draws behind this one, so that the same question has the same answer.
+                // The draws after this one, so that the result is reproducible.
                 let facility = campaign.draw((task.run + 1 + k) % campaign.runs).params;
                 expect(task, key, &facility, cycle).map(|expected| (expected.metrics, passes(task, &expected)))
             })
             .collect::<std::result::Result<_, _>>()?;
         let columns: Vec<Vec<f64>> = all.iter().map(|(metrics, _)| to_vec(metrics)).collect();
         let lines = fields::<f64, Metrics<f64>>().into_iter().zip(to_vec(metrics)).enumerate();
-        let seen = |name: &str| !(UNSEEN.contains(&name) || name.starts_with("peak_") && name.ends_with("_time"));
-        let lines = lines.filter(|(_, (field, _))| seen(&field.name)).map(|(i, (field, value))| {
-            let mut seen: Vec<f64> = columns.iter().map(|row| row[i]).collect();
-            seen.sort_by(f64::total_cmp);
-            let at = |share: f64| seen[((seen.len() - 1) as f64 * share).round() as usize];
+        let is_measured =
+            |name: &str| !(UNMEASURED.contains(&name) || name.starts_with("peak_") && name.ends_with("_time"));
+        let lines = lines.filter(|(_, (field, _))| is_measured(&field.name)).map(|(i, (field, value))| {
+            let mut sorted: Vec<f64> = columns.iter().map(|row| row[i]).collect();
+            sorted.sort_by(f64::total_cmp);
+            let at = |share: f64| sorted[((sorted.len() - 1) as f64 * share).round() as usize];
             let (lo, hi) = (at(0.025), at(0.975));
             MetricBand { name: field.name, unit: field.unit, value, lo, hi, inside: (lo..=hi).contains(&value) }
         });

@@ -1,4 +1,4 @@
-//! Draws of a campaign on emulated robots, in process and in virtual time, with their logs.
+//! Rehearses draws of a campaign on emulated robots, in process and in virtual time, with their logs.
 
 use crate::error::Result;
 use crate::files::write_records;
@@ -13,12 +13,12 @@ use softdock_realtime::time::Nanos;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Runs that are rehearsed, spread over the campaign.
+/// Number of rehearsed runs, spread over the campaign.
 const REHEARSED: u64 = 24;
 /// Cycle of the emulated robots.
 const CYCLE: Nanos = Nanos::from_millis(1);
 
-/// A run that a rehearsal has completed.
+/// A completed rehearsal of a run.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RehearsedRun {
     /// Number of the run.
@@ -48,7 +48,7 @@ pub fn rehearse_runs(campaign: &Campaign, facility: &Path, folder: &Path) -> Res
     Ok(rehearsed?.into_iter().flatten().collect())
 }
 
-/// Rehearses a run and writes its log; false if it does not come to its end, or cannot begin on these robots.
+/// Rehearses a run and writes its log; returns false if it does not complete or cannot begin on these robots.
 fn is_completed(campaign: &Campaign, task: &SessionTask, log: &Path) -> Result<bool> {
     let mut records = Vec::new();
     let key = philox::key(campaign.seed);

@@ -1,4 +1,4 @@
-//! The log of a session decided again from what its links brought, and the dead times of its robots.
+//! Replays the log of a session, and identifies the dead times of its robots.
 
 use crate::error::{Result, SessionError};
 use softdock_campaign::{Campaign, Station};
@@ -12,12 +12,12 @@ use softdock_realtime::time::Nanos;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Files in the place of those that the log names.
+/// Files in place of those that the log names.
 #[derive(Clone, Debug, Default)]
 pub struct ReplayFiles {
     /// Campaign file.
     pub campaign: Option<PathBuf>,
-    /// Scenario file in the place of the campaign's.
+    /// Scenario file in place of the campaign's.
     pub model: Option<PathBuf>,
     /// Facility file.
     pub facility: Option<PathBuf>,
@@ -29,10 +29,10 @@ pub struct SessionLog {
     log: Log,
 }
 
-/// A log that was decided again.
+/// A replayed log.
 #[derive(Debug)]
 pub struct ReplayedLog {
-    /// Cycles that are equal, and the first difference.
+    /// Number of equal cycles, and the first difference.
     pub replayed: Replayed,
     /// Dead time between command and motion of robots 1 and 2, beyond one cycle.
     pub delays: [Option<DeadTime>; 2],
@@ -42,25 +42,25 @@ impl SessionLog {
     /// Reads a log.
     ///
     /// # Errors
-    /// If it is no log of a session.
+    /// If it is not the log of a session.
     pub fn read(path: &Path) -> Result<Self> {
         Ok(Self { log: read_log(path)? })
     }
 
-    /// Number of its cycles.
+    /// Returns the number of cycles.
     pub fn cycles(&self) -> usize {
         self.log.records.len()
     }
 
-    /// Why the log ends early, if it does.
+    /// Returns why the log ends early, if it does.
     pub fn ends_early(&self) -> Option<&str> {
         self.log.ends_early.as_deref()
     }
 
-    /// Decides the log again, with the campaign and the facility that it names or the ones that are given.
+    /// Replays the log with the campaign and the facility that it names, or the given ones.
     ///
     /// # Errors
-    /// If a file cannot be used, is not the one that was driven, or the log does not state what was driven.
+    /// If a file cannot be used, differs from that of the session, or the log does not state its session.
     pub fn replay(&self, files: &ReplayFiles) -> Result<ReplayedLog> {
         let stated = |key: &str| self.stated(key);
         let campaign = files.campaign.clone().map_or_else(|| stated("campaign").map(PathBuf::from), Ok)?;
@@ -70,8 +70,8 @@ impl SessionLog {
         let campaign = Campaign::load_with(&campaign, model.as_deref())?;
         if campaign.hash != stated("campaign_hash")? {
             return Err(SessionError::refused(
-                "the campaign is not the one that was driven: its text, or that of its model, has changed since",
-                "give what was driven with --campaign and --model",
+                "the campaign differs from that of the session: its text, or that of its model, has changed",
+                "name the original files with --campaign and --model",
             ));
         }
         let station = Arc::new(Station::load(&facility)?);
@@ -91,17 +91,17 @@ impl SessionLog {
         Ok(ReplayedLog { replayed, delays })
     }
 
-    /// What the log states of its session.
+    /// Returns a value that the log states of its session.
     fn stated(&self, key: &str) -> Result<String> {
         let missing = || {
             let remedy = "it was not written by `softdock drive`";
-            SessionError::refused(format!("the log does not say its `{key}`"), remedy)
+            SessionError::refused(format!("the log does not state its `{key}`"), remedy)
         };
         self.log.prologue.provenance.get(key).cloned().ok_or_else(missing)
     }
 }
 
 fn number<T: std::str::FromStr>(text: &str) -> Result<T> {
-    let damaged = |_| SessionError::refused(format!("`{text}` is no number"), "the log's metadata are damaged");
+    let damaged = |_| SessionError::refused(format!("`{text}` is not a number"), "the log's metadata are damaged");
     text.parse().map_err(damaged)
 }

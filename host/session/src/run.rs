@@ -1,4 +1,4 @@
-//! A session from its locks to its files: the cycle in a thread of its own, the operator in the calling one.
+//! Runs a session: the cycle in its own thread, the operator in the calling one; locks, links, files.
 
 use crate::addresses::OpenedLinks;
 use crate::answer::EndedSession;
@@ -22,15 +22,14 @@ use softdock_realtime::view::model::Budgets;
 use std::fs;
 use std::rc::Rc;
 
-/// Time before a stop that the evidence holds.
+/// Recorded time before a stop in the evidence.
 const EVIDENCE_SPAN: Nanos = Nanos::from_millis(2000);
 
 impl SessionPlan {
     /// Runs the session: locks, links, checks, run, stop, log, evidence, `drive.json`, Parquet.
     ///
     /// `operator` watches it in the calling thread; GO and stops reach the cycle through `controls`. `alarms` counts
-    /// signals and panics that the caller has seen: each ends in a controlled stop. If nothing was driven, no file is
-    /// left.
+    /// the caller's signals and panics: each causes a controlled stop. If nothing was driven, no file remains.
     ///
     /// # Errors
     /// If the results folder holds a log, another process drives a robot, a link cannot be opened, the run cannot be
@@ -42,7 +41,7 @@ impl SessionPlan {
             if self.addresses.any_real() { lock_robots(&self.task.station, &self.addresses)? } else { Vec::new() };
         fs::create_dir_all(&self.out)?;
         let ended = self.run_to_the_end(operator, controls, alarms).inspect_err(|_| {
-            // Nothing was driven: an empty log has no use. Other files of the folder stay.
+            // Nothing was driven: an empty log is useless. Other files of the folder stay.
             let _ = fs::remove_file(self.out.join("log.mcap"));
             let _ = fs::remove_dir(&self.out);
         })?;
@@ -87,7 +86,10 @@ impl SessionPlan {
         let world = || {
             World::new(&self.emulated.0, &task.station, key, task.run, &self.emulated.1, Wrench::zero()).map_err(
                 |(robot, why)| {
-                    SessionError::refused(format!("robot {robot} cannot stand there: {why:?}"), "move its base")
+                    SessionError::refused(
+                        format!("robot {robot} cannot hold its part at the start: {why:?}"),
+                        "move its base",
+                    )
                 },
             )
         };
@@ -107,7 +109,7 @@ impl SessionPlan {
         let mut keeping = Keeping { log: Some(log), evidence, feed: Some(samples) };
         run(&mut session, &mut keeping, controls, alarms);
         let Keeping { log, evidence, .. } = keeping;
-        let totals = log.expect("the log was handed in").finish()?;
+        let totals = log.expect("the log exists until here").finish()?;
         let core = session.core();
         let ended = EndedSession {
             last: *session.record(),
@@ -123,7 +125,7 @@ impl SessionPlan {
             log_records: totals.written.records,
             log_records_lost: totals.dropped,
         };
-        // At once: an operator who still looks at the view, or a process that is ended there, has them.
+        // Written at once: the files exist even if the operator keeps the view open or ends the process there.
         write_evidence(self, &ended, evidence)?;
         write_answer(&self.out, &ended.answer(self))?;
         Ok(ended)

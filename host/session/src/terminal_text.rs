@@ -30,7 +30,7 @@ pub fn checks_text(list: &Checklist, is_coloured: bool) -> String {
 }
 
 fn check_line(check: &Check, is_coloured: bool) -> String {
-    let (row, answer) = (check.what.row(), check.answer());
+    let (row, answer) = (check.kind.row(), check.answer());
     let mark = match (answer, is_coloured) {
         (CheckOutcome::Passed, true) => "\x1b[32mok    \x1b[0m",
         (CheckOutcome::Failed, true) => "\x1b[31mFAILED\x1b[0m",

@@ -1,4 +1,4 @@
-//! Sessions as a program runs them: without a terminal, in virtual time, on emulated robots.
+//! Sessions without a terminal, in virtual time, on emulated robots.
 
 use softdock_realtime::drive::controls::Controls;
 use softdock_realtime::drive::feed::Samples;
@@ -35,7 +35,7 @@ fn options(out: &Path) -> SessionOptions {
     }
 }
 
-/// Counts the cycles that it sees, and keeps the answer.
+/// Counts the cycles, and keeps the answer.
 #[derive(Default)]
 struct Counting {
     cycles: AtomicU32,
@@ -66,7 +66,7 @@ impl Operator for Counting {
 }
 
 #[test]
-fn a_session_answers_its_operator_with_the_values_of_its_file() {
+fn operator_gets_the_answer_that_is_written() {
     let folder = tempfile::tempdir().expect("a folder");
     let out = folder.path().join("drive");
     let plan = SessionPlan::new(options(&out)).expect("a plan");
@@ -78,7 +78,7 @@ fn a_session_answers_its_operator_with_the_values_of_its_file() {
     assert_eq!(answer, ended.answer(&plan));
     let written = std::fs::read_to_string(out.join("drive.json")).expect("the file");
     assert_eq!(written, serde_json::to_string_pretty(&serde_json::json!(answer)).expect("string keys"));
-    // The same log, decided again.
+    // The same log, replayed.
     let log = SessionLog::read(&out.join("log.mcap")).expect("a log");
     let replay = log.replay(&ReplayFiles::default()).expect("it replays");
     assert_eq!(replay.replayed.equal, ended.log_records);
@@ -90,7 +90,7 @@ fn a_session_answers_its_operator_with_the_values_of_its_file() {
 }
 
 #[test]
-fn a_stop_or_a_signal_of_the_caller_ends_a_session_without_a_verdict() {
+fn stop_or_signal_ends_a_session_without_a_verdict() {
     let folder = tempfile::tempdir().expect("a folder");
     let (stop, signal) = (Controls::default(), Alarms::default());
     stop.request_stop();
@@ -105,7 +105,7 @@ fn a_stop_or_a_signal_of_the_caller_ends_a_session_without_a_verdict() {
 }
 
 #[test]
-fn what_does_not_fit_together_is_refused_with_a_remedy() {
+fn contradicting_options_are_refused_with_a_remedy() {
     let folder = tempfile::tempdir().expect("a folder");
     let out = folder.path().join("never");
     let refused = |change: fn(&mut SessionOptions), reason: &str| {
@@ -117,6 +117,6 @@ fn what_does_not_fit_together_is_refused_with_a_remedy() {
     refused(|options| options.mode = SessionMode::Armed, "all links are emulated");
     refused(|options| options.robots[0] = "rsi://127.0.0.1".to_owned(), "virtual time");
     refused(|options| options.run = RunChoice::Number(2_000), "run 2000 of a campaign of 2000 runs");
-    refused(|options| options.sensor = "rsi://127.0.0.1".to_owned(), "no sensor's protocol");
+    refused(|options| options.sensor = "rsi://127.0.0.1".to_owned(), "not a sensor protocol");
     assert!(!out.exists());
 }

@@ -3,7 +3,7 @@
 use crate::signals::{RAIL, axis_name};
 use std::fmt;
 
-/// How a value is compared with its limit.
+/// Comparison of a value with its limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Bound {
     /// At most the limit.
@@ -101,7 +101,7 @@ pub struct CheckRow {
     pub title: &'static str,
     /// Its unit.
     pub unit: CheckUnit,
-    /// How it is compared.
+    /// Comparison with the limit.
     pub bound: Bound,
     /// Remedy of a failure.
     pub remedy: &'static str,
@@ -220,7 +220,7 @@ impl CheckKind {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Check {
     /// Kind of the check.
-    pub what: CheckKind,
+    pub kind: CheckKind,
     /// Robot, 0 or 1, if the check concerns one.
     pub robot: Option<usize>,
     /// Axis with this value, if there are several.
@@ -257,21 +257,21 @@ impl CheckOutcome {
 
 impl Check {
     /// Creates a check of the sensor or the parts.
-    pub fn new(what: CheckKind, value: f64, limit: f64) -> Self {
-        Self { what, robot: None, axis: None, value, limit, decides: true }
+    pub fn new(kind: CheckKind, value: f64, limit: f64) -> Self {
+        Self { kind, robot: None, axis: None, value, limit, decides: true }
     }
 
     /// Creates a check of a robot, 0 or 1.
-    pub fn of_robot(what: CheckKind, robot: usize, value: f64, limit: f64) -> Self {
-        Self { robot: Some(robot), ..Self::new(what, value, limit) }
+    pub fn of_robot(kind: CheckKind, robot: usize, value: f64, limit: f64) -> Self {
+        Self { robot: Some(robot), ..Self::new(kind, value, limit) }
     }
 
     /// Returns the outcome. A NaN fails, unless the value may be unknown.
     pub fn answer(&self) -> CheckOutcome {
-        if !self.decides || self.value.is_nan() && self.what.may_be_unknown() {
+        if !self.decides || self.value.is_nan() && self.kind.may_be_unknown() {
             return CheckOutcome::Open;
         }
-        let passed = match self.what.row().bound {
+        let passed = match self.kind.row().bound {
             Bound::AtMost => self.value <= self.limit,
             Bound::AtLeast => self.value >= self.limit,
             Bound::Near => (self.value - self.limit).abs() <= NEAR * self.limit,
@@ -281,7 +281,7 @@ impl Check {
 
     /// Returns the subject as text: "robot 1", "robot 1, axis 3", "sensor".
     pub fn subject(&self) -> String {
-        match (self.robot, self.axis, self.what.row().subject) {
+        match (self.robot, self.axis, self.kind.row().subject) {
             (Some(robot), Some(axis), _) => format!("robot {}, {}", robot + 1, axis_name(axis)),
             (Some(robot), None, _) => format!("robot {}", robot + 1),
             (None, _, CheckSubject::Parts) => "parts".to_owned(),
@@ -291,12 +291,12 @@ impl Check {
 
     /// Returns the value with its unit, for users.
     pub fn value_text(&self) -> String {
-        if self.value.is_nan() { "not known".to_owned() } else { self.what.row().unit.text(self.value, self.axis) }
+        if self.value.is_nan() { "not known".to_owned() } else { self.kind.row().unit.text(self.value, self.axis) }
     }
 
     /// Returns the limit with its unit, for users.
     pub fn limit_text(&self) -> String {
-        let row = self.what.row();
+        let row = self.kind.row();
         let limit = row.unit.text(self.limit, self.axis);
         match row.bound {
             _ if !self.decides => "not required".to_owned(),
@@ -310,7 +310,7 @@ impl Check {
 
 impl fmt::Display for Check {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (row, subject) = (self.what.row(), self.subject());
+        let (row, subject) = (self.kind.row(), self.subject());
         let (value, limit) = (self.value_text(), self.limit_text());
         write!(f, "{subject}: {}: {value}, required {limit}: {}", row.title, row.remedy)
     }
@@ -343,7 +343,7 @@ impl Checklist {
 
     /// Replaces the value of a check of the sensor or the parts.
     pub fn set(&mut self, check: Check) {
-        let same = |old: &&mut Check| old.what == check.what && old.robot == check.robot;
+        let same = |old: &&mut Check| old.kind == check.kind && old.robot == check.robot;
         if let Some(old) = self.checks[..self.len].iter_mut().find(same) {
             *old = check;
         }
@@ -366,19 +366,19 @@ mod tests {
 
     #[test]
     fn every_check_has_a_row_of_its_own_and_answers_by_its_bound() {
-        for (i, what) in CheckKind::ALL.iter().enumerate() {
-            assert_eq!(*what as usize, i);
-            let same = CheckKind::ALL.iter().filter(|other| other.row().id == what.row().id).count();
-            assert_eq!(same, 1, "{}", what.row().id);
-            let answers = [0.5, 1.0, 2.0].map(|value| Check::new(*what, value, 1.0).answer());
-            let expected = match what.row().bound {
+        for (i, kind) in CheckKind::ALL.iter().enumerate() {
+            assert_eq!(*kind as usize, i);
+            let same = CheckKind::ALL.iter().filter(|other| other.row().id == kind.row().id).count();
+            assert_eq!(same, 1, "{}", kind.row().id);
+            let answers = [0.5, 1.0, 2.0].map(|value| Check::new(*kind, value, 1.0).answer());
+            let expected = match kind.row().bound {
                 Bound::AtMost => [CheckOutcome::Passed, CheckOutcome::Passed, CheckOutcome::Failed],
                 Bound::AtLeast => [CheckOutcome::Failed, CheckOutcome::Passed, CheckOutcome::Passed],
                 Bound::Near => [CheckOutcome::Failed, CheckOutcome::Passed, CheckOutcome::Failed],
             };
-            assert_eq!(answers, expected, "{}", what.row().id);
-            let unknown = if what.may_be_unknown() { CheckOutcome::Open } else { CheckOutcome::Failed };
-            assert_eq!(Check::new(*what, f64::NAN, 1.0).answer(), unknown, "{}", what.row().id);
+            assert_eq!(answers, expected, "{}", kind.row().id);
+            let unknown = if kind.may_be_unknown() { CheckOutcome::Open } else { CheckOutcome::Failed };
+            assert_eq!(Check::new(*kind, f64::NAN, 1.0).answer(), unknown, "{}", kind.row().id);
         }
     }
 

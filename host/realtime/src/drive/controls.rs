@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 pub struct Controls {
     stops: AtomicU32,
     ended: AtomicBool,
-    leaves: AtomicBool,
+    close_requested: AtomicBool,
     go: AtomicBool,
 }
 
@@ -38,13 +38,13 @@ impl Controls {
     }
 
     /// Requests, on a signal, that the view closes once the session is over.
-    pub fn leave(&self) {
-        self.leaves.store(true, Ordering::SeqCst);
+    pub fn request_close(&self) {
+        self.close_requested.store(true, Ordering::SeqCst);
     }
 
     /// Whether a signal requests that the view closes.
-    pub fn leaves(&self) -> bool {
-        self.leaves.load(Ordering::SeqCst)
+    pub fn close_requested(&self) -> bool {
+        self.close_requested.load(Ordering::SeqCst)
     }
 
     /// Whether the session is over.

@@ -2,7 +2,7 @@
 //!
 //! Pure: equal inputs give equal commands and records, bit for bit, independent of clock and links.
 
-mod noting;
+mod recording;
 mod retracting;
 mod starting;
 
@@ -115,7 +115,7 @@ impl Orders {
     pub const HOLD: Self = Self { moved: [Some(Order::Hold); 2], stopping: false, over: false };
 }
 
-/// Why a session cannot be prepared.
+/// Error of preparing a session.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum Unprepared {
     /// A robot cannot hold its part at the scenario's start.
@@ -155,12 +155,12 @@ enum State {
         begun: Nanos,
     },
     ToStart {
-        way: JointMove,
+        path: JointMove,
         begun: Nanos,
     },
     /// Robot 1 turns its tool, reads the sensor and turns back.
     Weighing {
-        way: JointMove,
+        path: JointMove,
         begun: Nanos,
         leg: Leg,
     },
@@ -490,8 +490,8 @@ impl Core {
         let (cycle, [now, before]) = (self.capabilities[0].cycle.seconds(), &self.sent);
         let held = [pose(&parts.a), pose(&parts.b)];
         std::array::from_fn(|r| {
-            let ((distance, angle), (way, turn)) = (apart(&held[r], &now[r]), apart(&now[r], &before[r]));
-            ToolError { distance, angle, speed: way / cycle, turn_rate: turn / cycle }
+            let ((distance, angle), (path, turn)) = (apart(&held[r], &now[r]), apart(&now[r], &before[r]));
+            ToolError { distance, angle, speed: path / cycle, turn_rate: turn / cycle }
         })
     }
 
@@ -515,7 +515,7 @@ impl Core {
                 let robot = (link < 2).then_some(link);
                 let (value, limit) = (f64::from(self.silent[link]), f64::from(most));
                 let found = Some(LimitViolation { robot, axis: None, value, limit, unit: "cycles" });
-                return Some(Alarm { found, ..Alarm::of(StopCause::LinkSilent) });
+                return Some(Alarm { violation: found, ..Alarm::of(StopCause::LinkSilent) });
             }
         }
         None
@@ -557,7 +557,7 @@ impl Core {
         match self.state {
             State::StartUp => self.start_up(inputs),
             State::Enabling { begun } => self.enable(begun, inputs.now),
-            State::ToStart { way, begun } => self.move_to_start(&way, begun, inputs.now),
+            State::ToStart { path, begun } => self.move_to_start(&path, begun, inputs.now),
             State::Weighing { .. } => self.weigh(inputs),
             State::Taring { .. } => self.tare(inputs),
             State::RunIn { cycles } => {
@@ -565,12 +565,12 @@ impl Core {
                 // cycle's end.
                 let at = f64::from(cycles + 1) * self.capabilities[0].cycle.seconds();
                 self.state = State::RunIn { cycles: cycles + 1 };
-                let told = self.run_in.at(&self.task.plant, at);
+                let motion = self.run_in.at(&self.task.plant, at);
                 if at >= self.run_in.duration() - 1e-9 {
                     self.state = State::Running;
                     self.guard.iter_mut().for_each(Guard::begin_run);
                 }
-                self.command(&told)
+                self.command(&motion)
             }
             State::Running => self.run(net),
             State::Closing { port_energy } => {
@@ -617,9 +617,9 @@ impl Core {
     }
 
     /// Commands a motion of the parts.
-    fn command(&mut self, told: &Parts<f64>) -> Orders {
-        self.commanded = *told;
-        let (wanted, reachable) = self.arms.positions_for(told);
+    fn command(&mut self, motion: &Parts<f64>) -> Orders {
+        self.commanded = *motion;
+        let (wanted, reachable) = self.arms.positions_for(motion);
         self.limited(&wanted, reachable)
     }
 
@@ -705,8 +705,8 @@ impl Core {
 /// Returns the direction of part A's motion relative to part B, or from B to A if both are at rest.
 fn approach(first: &Parts<f64>) -> Vec3<f64> {
     let (speed, apart) = (first.a.velocity - first.b.velocity, first.b.position - first.a.position);
-    let way = if speed.norm() > 1e-6 { speed } else { apart };
-    way * (1.0 / way.norm().max(1e-12))
+    let path = if speed.norm() > 1e-6 { speed } else { apart };
+    path * (1.0 / path.norm().max(1e-12))
 }
 
 fn pose(motion: &Motion<f64>) -> Pose<f64> {

@@ -131,7 +131,7 @@ impl History {
             let instant = if timing == DelayClock::Robot { record.stamp } else { record.received };
             // A time near zero has all digits as a floating-point number.
             let time = (instant - *begin.get_or_insert(instant)).seconds();
-            let Some(command) = told(record).or_else(|| commands.last().map(|(_, last)| *last)) else {
+            let Some(command) = commanded_axes(record).or_else(|| commands.last().map(|(_, last)| *last)) else {
                 continue;
             };
             measured.push((time, record.position));
@@ -146,7 +146,7 @@ impl History {
 }
 
 /// Returns the command of a robot in a cycle; `None` if it was to hold or nothing was sent.
-fn told(record: &RobotRecord) -> Option<[f64; AXES]> {
+fn commanded_axes(record: &RobotRecord) -> Option<[f64; AXES]> {
     matches!(record.order, OrderKind::Move | OrderKind::End).then_some(record.command)
 }
 

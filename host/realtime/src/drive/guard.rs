@@ -64,7 +64,7 @@ pub struct Alarm {
     /// The robot whose link is dead, 0 or 1.
     pub dead: Option<usize>,
     /// Value beyond its limit, where one is known.
-    pub found: Option<LimitViolation>,
+    pub violation: Option<LimitViolation>,
 }
 
 /// A value beyond its limit.
@@ -85,12 +85,15 @@ pub struct LimitViolation {
 impl Alarm {
     /// Creates an alarm without a value.
     pub fn of(cause: StopCause) -> Self {
-        Self { cause, dead: None, found: None }
+        Self { cause, dead: None, violation: None }
     }
 
     /// Creates an alarm of a robot's value beyond its limit.
     fn beyond(cause: StopCause, robot: usize, value: f64, limit: f64, unit: &'static str) -> Self {
-        Self { found: Some(LimitViolation { robot: Some(robot), axis: None, value, limit, unit }), ..Self::of(cause) }
+        Self {
+            violation: Some(LimitViolation { robot: Some(robot), axis: None, value, limit, unit }),
+            ..Self::of(cause)
+        }
     }
 
     /// Creates an alarm of a session rule.
@@ -103,7 +106,7 @@ impl Alarm {
             limit: (row.limit)(&plant.facility),
             unit: row.unit,
         };
-        Self { found: Some(found), ..Self::of(cause_of(stop.rule)) }
+        Self { violation: Some(found), ..Self::of(cause_of(stop.rule)) }
     }
 }
 
@@ -212,44 +215,44 @@ impl Guard {
     }
 
     /// Returns the first reason to stop. Before the tare only the rules of force and moment are silent.
-    pub fn check(&mut self, seen: &GuardInputs) -> Option<Alarm> {
-        for (r, report) in seen.robots.iter().enumerate() {
+    pub fn check(&mut self, inputs: &GuardInputs) -> Option<Alarm> {
+        for (r, report) in inputs.robots.iter().enumerate() {
             if report.is_some() {
-                self.last_report[r] = seen.now;
+                self.last_report[r] = inputs.now;
             }
-            if let Some(alarm) = self.of_link(r, seen) {
+            if let Some(alarm) = self.of_link(r, inputs) {
                 return Some(alarm);
             }
         }
-        if let Some(cause) = self.of_sensor(seen) {
+        if let Some(cause) = self.of_sensor(inputs) {
             return Some(Alarm::of(cause));
         }
-        if let Some(alarm) = (0..2).find_map(|r| self.of_tool(r, &seen.tools[r])) {
+        if let Some(alarm) = (0..2).find_map(|r| self.of_tool(r, &inputs.tools[r])) {
             return Some(alarm);
         }
         // Before the tare the readings contain the sensor's bias.
-        let bias = if seen.measured.is_some() { [0.0; 2] } else { self.sensor.bias };
-        if seen.stopping {
+        let bias = if inputs.measured.is_some() { [0.0; 2] } else { self.sensor.bias };
+        if inputs.stopping {
             return None;
         }
-        let force = self.of_force(&seen.wrenches, bias);
-        if let (None, Some(alarm)) = (force, self.of_contact(seen)) {
+        let force = self.of_force(&inputs.wrenches, bias);
+        if let (None, Some(alarm)) = (force, self.of_contact(inputs)) {
             return Some(alarm);
         }
         let stop = match force {
             Some(stop) => stop,
-            None => self.of_rules(seen)?,
+            None => self.of_rules(inputs)?,
         };
         self.stop = Some(stop);
         Some(Alarm::of_rule(&self.plant, stop))
     }
 
     /// Checks a robot's link and the robot's own state.
-    fn of_link(&mut self, robot: usize, seen: &GuardInputs) -> Option<Alarm> {
-        let (links, wire) = (self.links, &seen.wires[robot]);
+    fn of_link(&mut self, robot: usize, inputs: &GuardInputs) -> Option<Alarm> {
+        let (links, wire) = (self.links, &inputs.wires[robot]);
         let cycles =
             |cause, cycles: u64, limit: u32| Alarm::beyond(cause, robot, cycles as f64, f64::from(limit), "cycles");
-        let lost = self.lost(robot, seen.now);
+        let lost = self.lost(robot, inputs.now);
         if lost >= links.stop_cycles {
             let silent = cycles(StopCause::LinkSilent, lost.into(), links.stop_cycles);
             return Some(Alarm { dead: Some(robot), ..silent });
@@ -257,7 +260,7 @@ impl Guard {
         if lost > links.hold_cycles {
             return Some(cycles(StopCause::LostPackets, lost.into(), links.hold_cycles));
         }
-        if let Some(report) = &seen.robots[robot] {
+        if let Some(report) = &inputs.robots[robot] {
             if !report.ready {
                 return Some(Alarm::of(StopCause::RobotFault));
             }
@@ -272,7 +275,7 @@ impl Guard {
         if wire.early > 0 {
             return Some(Alarm { dead: Some(robot), ..Alarm::of(StopCause::Rate) });
         }
-        let in_window = self.budgets[robot].take(seen.lost[robot] + wire.untaken);
+        let in_window = self.budgets[robot].take(inputs.lost[robot] + wire.untaken);
         if wire.untaken_in_row > links.hold_cycles {
             return Some(cycles(StopCause::UntakenAnswers, wire.untaken_in_row.into(), links.hold_cycles));
         }
@@ -284,14 +287,14 @@ impl Guard {
     }
 
     /// Evaluates the session rules of this cycle.
-    fn of_rules(&mut self, seen: &GuardInputs) -> Option<Stop> {
-        let measured = seen.measured?;
-        if let Some(progress) = seen.progress.filter(|progress| progress.unstable) {
+    fn of_rules(&mut self, inputs: &GuardInputs) -> Option<Stop> {
+        let measured = inputs.measured?;
+        if let Some(progress) = inputs.progress.filter(|progress| progress.unstable) {
             return Some(Stop { rule: Rule::Divergence, value: progress.speed });
         }
         // Before the run no energy passes the port.
-        let port_energy = seen.progress.map_or(f64::NEG_INFINITY, |progress| progress.port_energy);
-        self.step_rules(measured, seen.commanded, port_energy);
+        let port_energy = inputs.progress.map_or(f64::NEG_INFINITY, |progress| progress.port_energy);
+        self.step_rules(measured, inputs.commanded, port_energy);
         Stop::of_session(self.session.rule, self.session.value)
     }
 
@@ -344,19 +347,19 @@ impl Guard {
     }
 
     /// Checks whether geometry and measured force contradict each other, while no latch holds the parts.
-    fn of_contact(&self, seen: &GuardInputs) -> Option<Alarm> {
-        let measured = seen.measured.filter(|_| !seen.progress.is_some_and(|progress| progress.captured))?;
+    fn of_contact(&self, inputs: &GuardInputs) -> Option<Alarm> {
+        let measured = inputs.measured.filter(|_| !inputs.progress.is_some_and(|progress| progress.captured))?;
         let depth = deepest_overlap(&self.plant, &measured.parts)?.depth;
         let (force, limits) = (measured.wrench.force.norm(), &self.links.contact);
         let found = |value, limit, unit| Some(LimitViolation { robot: None, axis: None, value, limit, unit });
         if depth > limits.blind_overlap && force < self.sensor.touch_force {
             let found = found(depth, limits.blind_overlap, "m");
-            return Some(Alarm { found, ..Alarm::of(StopCause::BlindSensor) });
+            return Some(Alarm { violation: found, ..Alarm::of(StopCause::BlindSensor) });
         }
-        let force = force.max(seen.wrenches[1].force.norm());
+        let force = force.max(inputs.wrenches[1].force.norm());
         (depth < -limits.free_distance && force > limits.free_force).then(|| {
             let found = found(force, limits.free_force, "N");
-            Alarm { found, ..Alarm::of(StopCause::FreeForce) }
+            Alarm { violation: found, ..Alarm::of(StopCause::FreeForce) }
         })
     }
 
@@ -371,18 +374,18 @@ impl Guard {
         is_beyond(moment, rules.moment + bias[1]).then_some(Stop { rule: Rule::Moment, value: moment })
     }
 
-    fn of_sensor(&mut self, seen: &GuardInputs) -> Option<StopCause> {
-        if let Some(sample) = seen.sample {
-            self.last_sample = seen.now;
+    fn of_sensor(&mut self, inputs: &GuardInputs) -> Option<StopCause> {
+        if let Some(sample) = inputs.sample {
+            self.last_sample = inputs.now;
             let w = sample.wrench;
             let finite = (w.force.norm() + w.moment.norm()).is_finite();
             // Before the tare no rule supervises the samples.
-            let saturated = sample.saturated && seen.measured.is_none();
+            let saturated = sample.saturated && inputs.measured.is_none();
             if sample.invalid || saturated || !finite {
                 return Some(StopCause::SensorFault);
             }
         }
-        if (seen.now - self.last_sample).seconds() > self.links.sensor_age {
+        if (inputs.now - self.last_sample).seconds() > self.links.sensor_age {
             return Some(StopCause::SensorStale);
         }
         None

@@ -42,7 +42,7 @@ fn text(value: LogValue) -> String {
     }
 }
 
-/// Why a log cannot be replayed.
+/// Error of replaying a log.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum Unplayed {
     /// The run cannot be prepared: the task is not the one that was driven.

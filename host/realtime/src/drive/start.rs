@@ -39,7 +39,7 @@ const COUNTS_TIME: std::ops::Range<f64> = 0.5..2.0;
 /// A report later than this share of a cycle after the last one counts as lost.
 const GAP: f64 = 1.6;
 /// Greatest force range of a sensor at rest, as a multiple of the touch force.
-pub(super) const RESTLESS: f64 = 2.0;
+pub(super) const REST_FORCE_RANGE: f64 = 2.0;
 /// Samples of a weighing.
 const WEIGHING_SAMPLES: u32 = 100;
 /// Number of poses of a path at which distances are computed.
@@ -150,7 +150,7 @@ impl Weighing {
     pub fn checks(&self, station: &Station) -> [Check; 3] {
         let (mean, sensor) = (self.mean(), &station.sensor);
         [
-            Check::new(CheckKind::RestSpread, self.spread(), RESTLESS * sensor.touch_force),
+            Check::new(CheckKind::RestSpread, self.spread(), REST_FORCE_RANGE * sensor.touch_force),
             Check::new(CheckKind::RestForce, mean.force.norm(), sensor.bias[0]),
             Check::new(CheckKind::RestMoment, mean.moment.norm(), sensor.bias[1]),
         ]
@@ -219,7 +219,7 @@ pub struct StartUp {
     samples: u64,
     weighings: [Weighing; 2],
     cycles: u64,
-    way: Option<OnTheWay>,
+    path: Option<PathClearance>,
 }
 
 impl StartUp {
@@ -227,8 +227,8 @@ impl StartUp {
     pub fn check(&mut self, links: &CheckedLinks, cell: &StartUpContext) -> Option<StartUpResult> {
         self.cycles += 1;
         let master = cell.robots[0].cycle;
-        for ((seen, robot), can) in self.robots.iter_mut().zip(links.robots).zip(cell.robots) {
-            seen.take(robot, cell.now, can.cycle.max(master));
+        for ((history, robot), can) in self.robots.iter_mut().zip(links.robots).zip(cell.robots) {
+            history.take(robot, cell.now, can.cycle.max(master));
         }
         if links.sensor.flags & force_flags::FRESH != 0 {
             self.samples += 1;
@@ -269,12 +269,12 @@ impl StartUp {
     fn disturbs(&self, links: &CheckedLinks) -> [Check; 7] {
         let works = |broken: bool| f64::from(u8::from(!broken));
         let of_robot = |r: usize| {
-            let (robot, seen) = (links.robots[r], &self.robots[r]);
+            let (robot, history) = (links.robots[r], &self.robots[r]);
             let link = Check::of_robot(CheckKind::Link, r, works(links.broken[r]), 1.0);
             let foreign = Check::of_robot(CheckKind::Foreign, r, robot.link.foreign as f64, 0.0);
-            let change = |i: usize| (robot.set_point()[i] - seen.set_point[i]).abs();
+            let change = |i: usize| (robot.set_point()[i] - history.set_point[i]).abs();
             let still = worst_axis(CheckKind::Still, r, change, STAYS);
-            let value = if seen.first.is_some() { still.value } else { f64::NAN };
+            let value = if history.first.is_some() { still.value } else { f64::NAN };
             [link, foreign, Check { value, ..still }]
         };
         let ([a, b, c], [d, e, f]) = (of_robot(0), of_robot(1));
@@ -285,8 +285,8 @@ impl StartUp {
     fn list(&mut self, links: &CheckedLinks, cell: &StartUpContext, settled: bool) -> Checklist {
         let mut list = Checklist::default();
         for r in 0..2 {
-            let seen = &self.robots[r];
-            let reports = seen.first.map_or(0, |first| seen.last.number - first.number + 1);
+            let history = &self.robots[r];
+            let reports = history.first.map_or(0, |first| history.last.number - first.number + 1);
             list.push(Check { decides: settled, ..Check::of_robot(CheckKind::Reports, r, reports as f64, 1.0) });
         }
         list.push(Check { decides: settled, ..Check::new(CheckKind::Samples, self.samples as f64, 1.0) });
@@ -300,23 +300,23 @@ impl StartUp {
             let weighed = self.weighing().samples() > 0;
             let checks = self.weighing().checks(cell.station);
             checks.into_iter().for_each(|check| list.push(Check { decides: weighed || settled, ..check }));
-            for what in [CheckKind::TurnedForce, CheckKind::TurnedMoment] {
-                let limit = cell.station.sensor.weighing[usize::from(what == CheckKind::TurnedMoment)];
-                list.push(Check::new(what, f64::NAN, limit));
+            for kind in [CheckKind::TurnedForce, CheckKind::TurnedMoment] {
+                let limit = cell.station.sensor.weighing[usize::from(kind == CheckKind::TurnedMoment)];
+                list.push(Check::new(kind, f64::NAN, limit));
             }
         }
-        if self.robots.iter().all(|seen| seen.first.is_some()) {
+        if self.robots.iter().all(|history| history.first.is_some()) {
             if settled {
-                self.way.get_or_insert_with(|| on_the_way(links, cell));
+                self.path.get_or_insert_with(|| path_clearance(links, cell));
             }
-            let way = self.way.unwrap_or(OnTheWay { parts: f64::NAN, arms: f64::NAN, depth: f64::NAN });
+            let path = self.path.unwrap_or(PathClearance { parts: f64::NAN, arms: f64::NAN, depth: f64::NAN });
             let rules = &cell.plant.facility.rules;
-            list.push(Check::new(CheckKind::Clearance, way.parts, 0.0));
+            list.push(Check::new(CheckKind::Clearance, path.parts, 0.0));
             if rules.arm_distance.is_finite() {
-                list.push(Check::new(CheckKind::ArmDistance, way.arms, rules.arm_distance));
+                list.push(Check::new(CheckKind::ArmDistance, path.arms, rules.arm_distance));
             }
             if !rules.keep_out.is_empty() {
-                list.push(Check::new(CheckKind::KeepOut, way.depth, 0.0));
+                list.push(Check::new(CheckKind::KeepOut, path.depth, 0.0));
             }
         }
         list
@@ -324,9 +324,9 @@ impl StartUp {
 
     /// Adds rates, losses and clocks.
     fn of_links(&self, links: &CheckedLinks, cell: &StartUpContext, settled: bool, list: &mut Checklist) {
-        let mut rows = |what: CheckKind, value: &dyn Fn(usize) -> f64, limit: &dyn Fn(usize) -> f64| {
-            let decides = settled || what != CheckKind::Loss;
-            (0..2).for_each(|r| list.push(Check { decides, ..Check::of_robot(what, r, value(r), limit(r)) }));
+        let mut rows = |kind: CheckKind, value: &dyn Fn(usize) -> f64, limit: &dyn Fn(usize) -> f64| {
+            let decides = settled || kind != CheckKind::Loss;
+            (0..2).for_each(|r| list.push(Check { decides, ..Check::of_robot(kind, r, value(r), limit(r)) }));
         };
         rows(CheckKind::Period, &|r| self.robots[r].period(), &|r| cell.robots[r].cycle.seconds());
         rows(CheckKind::Loss, &|r| f64::from(self.robots[r].good), &|r| f64::from(reports_wanted(cell.robots, r)));
@@ -348,10 +348,10 @@ fn axes(robot: usize) -> std::ops::Range<usize> {
 }
 
 /// Returns the check of the axis with the greatest share of its tolerance.
-fn worst_axis(what: CheckKind, robot: usize, value: impl Fn(usize) -> f64, tolerance: [f64; 2]) -> Check {
+fn worst_axis(kind: CheckKind, robot: usize, value: impl Fn(usize) -> f64, tolerance: [f64; 2]) -> Check {
     let share = |i: &usize| value(*i) / of_axis(tolerance, *i);
     let axis = axes(robot).rev().max_by(|i, j| share(i).total_cmp(&share(j))).unwrap_or(0);
-    Check { axis: Some(axis), ..Check::of_robot(what, robot, value(axis), of_axis(tolerance, axis)) }
+    Check { axis: Some(axis), ..Check::of_robot(kind, robot, value(axis), of_axis(tolerance, axis)) }
 }
 
 /// Adds the checks of the robot itself.
@@ -408,7 +408,7 @@ fn of_sensor(sensor: &ForceRecord, cell: &StartUpContext, list: &mut Checklist) 
 
 /// Least distances of the robots at rest and along their path to the start of the run.
 #[derive(Clone, Copy, Debug)]
-struct OnTheWay {
+struct PathClearance {
     /// Least distance of the parts \[m\]; NaN if no pair of shapes can touch.
     parts: f64,
     /// Least distance of the arms \[m\].
@@ -417,19 +417,19 @@ struct OnTheWay {
     depth: f64,
 }
 
-fn on_the_way(links: &CheckedLinks, cell: &StartUpContext) -> OnTheWay {
+fn path_clearance(links: &CheckedLinks, cell: &StartUpContext) -> PathClearance {
     let from = links.robots.map(|robot| robot.position);
     let (to, reachable) = cell.arms.positions_for(cell.start);
-    let way = JointMove::new(from, if cell.to_start && reachable { to } else { from }, cell.limits);
+    let path = JointMove::new(from, if cell.to_start && reachable { to } else { from }, cell.limits);
     let near = |k: u32| {
-        let axes = way.at(way.duration() * f64::from(k) / f64::from(WAY_POSES));
+        let axes = path.at(path.duration() * f64::from(k) / f64::from(WAY_POSES));
         let parts = cell.arms.parts_on(&axes, &[[0.0; AXES]; 2]);
         let parts = deepest_overlap(cell.plant, &parts).map_or(f64::NAN, |overlap| -overlap.depth);
         let axes: [[f64; AXES]; 2] = std::array::from_fn(|robot| cell.arms.in_model(robot, &axes[robot]));
         let found = clearance_at(cell.plant, [&axes[0], &axes[1]]);
-        OnTheWay { parts, arms: found.arms, depth: found.depth }
+        PathClearance { parts, arms: found.arms, depth: found.depth }
     };
-    let nearest = |one: OnTheWay, two: OnTheWay| OnTheWay {
+    let nearest = |one: PathClearance, two: PathClearance| PathClearance {
         parts: one.parts.min(two.parts),
         arms: one.arms.min(two.arms),
         depth: one.depth.max(two.depth),

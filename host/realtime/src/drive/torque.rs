@@ -89,7 +89,7 @@ impl TorqueWatch {
             if (now - since).seconds() >= self.rules.time {
                 let (value, limit) = (found[axis].abs(), limits[axis]);
                 let found = Some(LimitViolation { robot: Some(r), axis: Some(axis), value, limit, unit: "N m" });
-                return Some(Alarm { found, ..Alarm::of(StopCause::Torque) });
+                return Some(Alarm { violation: found, ..Alarm::of(StopCause::Torque) });
             }
         }
         None

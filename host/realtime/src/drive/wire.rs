@@ -126,8 +126,8 @@ impl Wire {
             self.state.untaken_in_row = 0;
         }
         self.answered = false;
-        let told = report.asked.is_none_or(|asked| self.has_sent(&asked));
-        self.state.off_course = if told { 0 } else { self.state.off_course + 1 };
+        let is_own_set_point = report.reported_set_point.is_none_or(|asked| self.has_sent(&asked));
+        self.state.off_course = if is_own_set_point { 0 } else { self.state.off_course + 1 };
     }
 
     /// Compares the time of a report with that of the one before: commands for one cycle must not go to a robot that
@@ -153,14 +153,14 @@ impl Wire {
     }
 
     /// Whether a set-point lies within those sent recently.
-    fn has_sent(&self, asked: &[f64; AXES]) -> bool {
-        asked.iter().enumerate().all(|(i, asked)| {
+    fn has_sent(&self, set_point: &[f64; AXES]) -> bool {
+        set_point.iter().enumerate().all(|(i, set_point)| {
             let near = of_axis(NEAR, i);
             let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
             for sent in &self.sent {
                 (least, most) = (least.min(sent[i]), most.max(sent[i]));
             }
-            (least - near..=most + near).contains(asked)
+            (least - near..=most + near).contains(set_point)
         })
     }
 
@@ -186,15 +186,15 @@ impl Wire {
             return None;
         }
         self.phase += (1.0 - STEERING * self.early) / self.share;
-        let wanted = self.wanted();
+        let target = self.target();
         let Some(limiter) = self.limiter.as_mut().filter(|_| !matches!(order, Order::Hold)) else {
             return Some(*order);
         };
         self.before = Some(limiter.clone());
         // A robot away from its commands is stopped where it is and not led further.
         let away = stopping && self.state.led_back > 0;
-        let axes = if away { limiter.stop() } else { limiter.approach(&wanted).0 };
-        self.state.led_back = if axes == wanted { 0 } else { self.state.led_back + 1 };
+        let axes = if away { limiter.stop() } else { limiter.approach(&target).0 };
+        self.state.led_back = if axes == target { 0 } else { self.state.led_back + 1 };
         self.state.moving = u32::from(!limiter.at_rest());
         self.sent.rotate_right(1);
         self.sent[0] = axes;
@@ -203,7 +203,7 @@ impl Wire {
     }
 
     /// Returns the target of the robot at the end of its cycle.
-    fn wanted(&self) -> [f64; AXES] {
+    fn target(&self) -> [f64; AXES] {
         let [to, from, earlier] = &self.knots;
         if self.share <= 1.0 {
             return *to;

@@ -1,5 +1,5 @@
-//! The axes of an emulated robot as they follow their own targets: late by the commands' dead time, and with the
-//! response that the scenario gives the robot's tool.
+//! The axes of an emulated robot: they follow their targets with the commands' dead time and the scenario's tool
+//! response.
 
 use crate::arms::Arms;
 use crate::signals::{AXES, RAIL};
@@ -9,16 +9,16 @@ use softdock_kernels::robot::transport;
 use softdock_kernels::space::Motion;
 use std::collections::VecDeque;
 
-/// Joints within this of where they follow their targets to are in the commanded configuration \[rad\].
+/// Tolerance of joints from their following positions in the commanded configuration \[rad\].
 const SAME_POSTURE: f64 = 0.1;
-/// Steps of Newton's method, far more than a posture of a few micrometres away needs.
+/// Greatest number of Newton iterations.
 const STEPS: usize = 8;
-/// Remaining distance \[m\] and angle \[rad\] at which it ends.
+/// Remaining distance \[m\] and angle \[rad\] at which the iteration ends.
 const CLOSE: f64 = 1e-12;
-/// Damping of its steps, for postures near a singular one.
+/// Damping of the iterations near singular postures.
 const DAMPING: f64 = 1e-10;
 
-/// w^2 (1 + T_z s) / (s^2 + 2 z w s + w^2), as the kernels' robots have it.
+/// w^2 (1 + T_z s) / (s^2 + 2 z w s + w^2), as in the kernels' robots.
 #[derive(Clone, Copy, Debug)]
 struct Response {
     /// 1/w \[s\]; 0: none.
@@ -43,7 +43,7 @@ pub(super) struct LateAxes {
 }
 
 impl LateAxes {
-    /// Robot 1 or 2 (0 or 1 here) of a facility, with the response and the dead time of a draw.
+    /// Creates the axes of robot 0 or 1 of a facility, with the response and the dead time of a draw.
     pub(super) fn new(plant: &Plant, params: &Params<f64>, robot: usize) -> Self {
         let p = params;
         let (lag, damping, zero) = match robot {
@@ -62,13 +62,13 @@ impl LateAxes {
         }
     }
 
-    /// At rest, with all targets there.
-    pub(super) fn stand(&mut self, position: [f64; AXES]) {
+    /// Sets all axes to rest at these positions.
+    pub(super) fn set_axes(&mut self, position: [f64; AXES]) {
         self.targets.iter_mut().for_each(|target| *target = position);
         (self.position, self.rate) = (position, [0.0; AXES]);
     }
 
-    /// One tick towards targets.
+    /// Steps by one tick towards targets.
     pub(super) fn tick(&mut self, target: [f64; AXES]) {
         self.targets.pop_back();
         self.targets.push_front(target);
@@ -82,22 +82,22 @@ impl LateAxes {
             }
             for substep in 1..=self.substeps {
                 let share = f64::from(substep) / f64::from(self.substeps);
-                let told = before[axis] + share * (now[axis] - before[axis]);
-                self.substep(axis, told, speed, dt);
+                let target = before[axis] + share * (now[axis] - before[axis]);
+                self.substep(axis, target, speed, dt);
             }
         }
     }
 
-    /// One substep of an axis, semi-implicit.
-    fn substep(&mut self, axis: usize, told: f64, speed: f64, dt: f64) {
+    /// Steps one axis by a substep, semi-implicit.
+    fn substep(&mut self, axis: usize, target: f64, speed: f64, dt: f64) {
         let Response { lag, damping, zero } = self.response;
         let w = 1.0 / lag;
-        let pull = w * w * (told - self.position[axis] + zero * speed) - 2.0 * damping * w * self.rate[axis];
-        self.rate[axis] += pull * dt;
+        let acceleration = w * w * (target - self.position[axis] + zero * speed) - 2.0 * damping * w * self.rate[axis];
+        self.rate[axis] += acceleration * dt;
         self.position[axis] += self.rate[axis] * dt;
     }
 
-    /// Targets so many ticks ago, on a line between two of them.
+    /// Returns the targets this number of ticks ago, linearly interpolated.
     fn delayed(&self, ago: f64) -> [f64; AXES] {
         let last = self.targets.len() - 1;
         let (newer, share) = ((ago as usize).min(last), ago.fract());
@@ -105,16 +105,16 @@ impl LateAxes {
         std::array::from_fn(|axis| one[axis] + share * (two[axis] - one[axis]))
     }
 
-    /// Where the axes are so long after the last tick \[s\].
+    /// Returns the axes at a time after the last tick \[s\].
     fn after(&self, since: f64) -> [f64; AXES] {
         std::array::from_fn(|axis| self.rate[axis].mul_add(since, self.position[axis]))
     }
 
-    /// The axes that hold a part where it is, so long after the last tick \[s\]: the rail where it has followed to, the
-    /// joints in their commanded configuration.
+    /// Returns the axes that hold a part at its pose, at a time after the last tick \[s\]: the rail where it has
+    /// followed to, the joints in their commanded configuration.
     ///
-    /// The tool's own dynamics and errors are the kernels', so a drive agrees with the farm; they move the joints off
-    /// where these would have followed to by themselves.
+    /// The kernels model the tool's dynamics and errors, so that a session agrees with the farm; they displace the
+    /// joints from the positions that would follow from the targets alone.
     pub(super) fn holding(&self, arms: &Arms, robot: usize, part: &Motion<f64>, since: f64) -> [f64; AXES] {
         let near = self.after(since);
         if let Some(found) = arms.axes_on_rail(robot, part, near[RAIL]) {
@@ -127,7 +127,7 @@ impl LateAxes {
     }
 }
 
-/// Joints near others that hold a part, by Newton's method; the rail stays.
+/// Solves for joints near given ones that hold a part, by Newton's method; the rail stays.
 fn solved(arms: &Arms, robot: usize, part: &Motion<f64>, near: [f64; AXES]) -> [f64; AXES] {
     let mut axes = near;
     for _ in 0..STEPS {
@@ -152,7 +152,7 @@ fn solved(arms: &Arms, robot: usize, part: &Motion<f64>, near: [f64; AXES]) -> [
     axes
 }
 
-/// (J' J + d)^-1 J' e, of the columns of J, by Cholesky's factors.
+/// Solves (J' J + d)^-1 J' e for the columns of J by Cholesky factors.
 fn damped_step(columns: &[[f64; RAIL]; RAIL], error: &[f64; RAIL]) -> [f64; RAIL] {
     let dot = |a: &[f64; RAIL], b: &[f64; RAIL]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let mut factor = [[0.0; RAIL]; RAIL];

@@ -1,4 +1,4 @@
-//! The emulated facility behind its protocols: one physics clock and three endpoints, driven by whoever has the time.
+//! The emulated facility behind its protocols: one physics clock and three endpoints; the caller advances the time.
 
 use super::world::World;
 use crate::protocol::{EmulatedController, SensorBox};
@@ -10,80 +10,80 @@ use std::net::SocketAddr;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-/// Where the facility puts its datagrams: from which endpoint, to whom.
+/// Takes the datagrams that the facility sends: endpoint, receiver, bytes.
 pub type Wires<'a> = &'a mut dyn FnMut(Endpoint, SocketAddr, &[u8]);
 
-/// What ails the emulated sensor.
+/// Fault of the emulated sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ailment {
-    /// Nothing.
+    /// None.
     None,
-    /// It says that it is beyond its range.
+    /// Reported saturation.
     Saturated,
-    /// It says that its samples may not be used.
+    /// Reported invalid samples.
     Invalid,
-    /// It feels no contact any more, only the weight of its tool.
+    /// No measured contact, only the weight of the tool.
     Blind,
-    /// It sends nothing.
+    /// No samples.
     Silent,
-    /// It sends the same sample again and again.
+    /// The same sample repeatedly.
     Stuck,
 }
 
-/// Two controllers and a sensor's electronics around one world.
+/// Two controllers and a sensor's electronics around one physical world.
 pub struct EmulatedFacility {
     world: World,
     controllers: [Box<dyn EmulatedController>; 2],
     sensor: Box<dyn SensorBox>,
     tick: Nanos,
-    /// Next physics tick, reports of robots 1 and 2, sample.
+    /// Due times: physics tick, reports of robots 1 and 2, sample.
     due: [Nanos; 4],
     /// Before its first report a controller has no session, and its robot stands.
     begun: [bool; 2],
     sequence: u32,
     last: Option<ForceSample>,
     ailment: Ailment,
-    /// Axes that something holds, and where.
+    /// Blocked axes with their positions.
     held: [Option<(usize, f64)>; 2],
-    /// What the next sample reads more \[N\].
+    /// Offset of the next sample \[N\].
     knock: f64,
-    /// New sessions are offered; `None`: the first ones are the last.
+    /// Renewal of sessions; `None`: the first ones are the last.
     renewal: Option<Renewal>,
-    /// Set-points of both robots at the begin of each of their cycles, if somebody wants to see them.
+    /// Set-points of both robots at the begin of each of their cycles, if recorded.
     set_points: Option<[Vec<SetPoint>; 2]>,
-    kept_in_motion: [bool; 2],
+    begins_in_motion: [bool; 2],
 }
 
-/// What a facility does about sessions that have ended.
+/// Renewal of ended sessions.
 #[derive(Debug, Default)]
 struct Renewal {
-    /// How long nobody is there before the parts are released.
+    /// Time without clients after which the parts are released.
     pause: Nanos,
-    /// Why the last session of each robot has ended.
+    /// Reason for the end of each robot's last session.
     causes: [Option<&'static str>; 2],
-    /// Where both robots were held when somebody began to command one of them; `None`: nobody has.
+    /// Axes of both robots when the first client began to command one; `None` without a client.
     begin: Option<[[f64; AXES]; 2]>,
-    /// Since when nobody commands them any more.
+    /// Time since which no client commands them.
     alone_since: Option<Nanos>,
-    /// What the contact did in the session before.
+    /// Contact of the previous session.
     last: Option<Watch<f64>>,
-    /// Sessions after which new ones were offered.
+    /// Number of renewals.
     over: Arc<AtomicU32>,
 }
 
-/// Where an emulated robot's own controller wants it at the begin of a cycle.
+/// Set-point of an emulated robot's controller at the begin of a cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SetPoint {
-    /// When.
+    /// Time.
     pub at: Nanos,
     /// Joints \[rad\], rail \[m\].
     pub axes: [f64; AXES],
-    /// Answers that were late or missing by then.
+    /// Answers that were late or missing so far.
     pub late_answers: u32,
 }
 
 impl EmulatedFacility {
-    /// A facility that begins at a time; robot 2's cycles begin `phase` after robot 1's.
+    /// Creates a facility that begins at a time; robot 2's cycles begin `phase` after robot 1's.
     pub fn new(
         world: World,
         controllers: [Box<dyn EmulatedController>; 2],
@@ -108,13 +108,13 @@ impl EmulatedFacility {
             knock: 0.0,
             renewal: None,
             set_points: None,
-            kept_in_motion: [false; 2],
+            begins_in_motion: [false; 2],
         }
     }
 
-    /// Goes on after a session that its client has ended, or whose client has gone: the robots are held; once nobody has
-    /// been there for `pause`, the latch is opened, parts that still touch are put apart towards where the session
-    /// began, and the controllers offer new sessions. Gives the number of sessions that were over so.
+    /// Offers new sessions after one has ended or lost its client. The robots hold; after `pause` without clients the
+    /// latch opens, touching parts are separated towards the start of the session, and the controllers offer new
+    /// sessions. Returns the counter of ended sessions.
     pub fn renew_sessions(&mut self, pause: Nanos) -> Arc<AtomicU32> {
         let renewal = Renewal { pause, ..Renewal::default() };
         let over = Arc::clone(&renewal.over);
@@ -122,25 +122,25 @@ impl EmulatedFacility {
         over
     }
 
-    /// Begins at another time than was said, before anything was due.
+    /// Moves the begin to another time; must be called before any event is due.
     pub fn begin(&mut self, at: Nanos) {
         let shift = at + self.tick - self.due[0];
         self.due = self.due.map(|due| due + shift);
     }
 
-    /// When it has something to do next.
+    /// Returns the time of the next event.
     pub fn next(&self) -> Nanos {
         self.due.into_iter().min().unwrap_or_default()
     }
 
-    /// Does all that is due by a time, in order.
+    /// Processes all events that are due by a time, in order.
     pub fn run_until(&mut self, now: Nanos, out: Wires) {
         loop {
             let at = self.next();
             if at > now {
                 return;
             }
-            // The physics first: what is reported at an instant has happened by then.
+            // The physics first: reports of an instant include its tick.
             match self.due.iter().position(|due| *due == at) {
                 Some(0) => self.step(at),
                 Some(3) => self.sample(at, out),
@@ -156,7 +156,7 @@ impl EmulatedFacility {
         self.due[0] = at + self.tick;
     }
 
-    /// Where a robot's axes are asked to be.
+    /// Returns the targets of a robot's axes.
     fn target(&mut self, robot: usize, at: Nanos) -> [f64; AXES] {
         let mut target = match self.begun[robot] {
             true => self.controllers[robot].target(at),
@@ -169,14 +169,14 @@ impl EmulatedFacility {
     }
 
     fn report(&mut self, robot: usize, at: Nanos, out: Wires) {
-        // The next tick is due later: the last one was this long ago, but none has been before the first.
+        // The last tick was this long ago; there is none before the first.
         let since = (at - (self.due[0] - self.tick)).seconds();
         let reading = self.world.robot_after(robot, since.max(0.0));
         let state = RobotState {
             stamp: at,
             received: at,
             position: reading.position,
-            asked: None,
+            reported_set_point: None,
             torque: reading.torque,
             pose: Some(reading.pose),
             late_answers: 0,
@@ -191,11 +191,11 @@ impl EmulatedFacility {
             seen[robot].push(SetPoint { at, axes, late_answers });
         }
         self.due[1 + robot] = at + controller.cycle();
-        self.look_after_session(robot, at);
+        self.update_session(robot, at);
     }
 
-    /// Releases the parts once nobody is there any more, and then offers new sessions.
-    fn look_after_session(&mut self, robot: usize, at: Nanos) {
+    /// Releases the parts once all clients are gone, then offers new sessions.
+    fn update_session(&mut self, robot: usize, at: Nanos) {
         let busy = self.controllers.iter().any(|controller| controller.has_client());
         let held = [0, 1].map(|robot: usize| self.target(robot, at));
         let Some(renewal) = &mut self.renewal else { return };
@@ -213,7 +213,7 @@ impl EmulatedFacility {
             let apart = self.world.apart(&held, &begin);
             self.world.release(&apart);
             self.controllers.iter_mut().zip(apart).for_each(|(controller, at)| controller.renew(at));
-            // What comes is the new sessions'.
+            // Later datagrams belong to the new sessions.
             self.set_points.iter_mut().flatten().for_each(Vec::clear);
         }
     }
@@ -240,7 +240,7 @@ impl EmulatedFacility {
         self.sensor.report(at, &sample, &mut |to, datagram| out(Endpoint::Sensor, to, datagram));
     }
 
-    /// Takes a datagram that has come for an endpoint.
+    /// Delivers a datagram to an endpoint.
     pub fn take(&mut self, endpoint: Endpoint, now: Nanos, from: SocketAddr, datagram: &[u8], out: Wires) {
         let mut out = |to: SocketAddr, datagram: &[u8]| out(endpoint, to, datagram);
         match endpoint {
@@ -250,22 +250,22 @@ impl EmulatedFacility {
         }
     }
 
-    /// Whether the kept set-points of a robot (0 or 1) begin in the middle of a motion.
-    pub fn kept_in_motion(&self, robot: usize) -> bool {
-        self.kept_in_motion[robot]
+    /// Whether the recorded set-points of robot 0 or 1 begin during a motion.
+    pub fn begins_in_motion(&self, robot: usize) -> bool {
+        self.begins_in_motion[robot]
     }
 
-    /// Keeps the robots' set-points from now on.
+    /// Records the robots' set-points from now on.
     pub fn keep_set_points(&mut self) {
         self.set_points = Some([Vec::new(), Vec::new()]);
     }
 
-    /// Set-points of robot 1 or 2 (0 or 1 here), cycle by cycle, as far as they were kept.
+    /// Returns the recorded set-points of robot 0 or 1, cycle by cycle.
     pub fn set_points(&self, robot: usize) -> &[SetPoint] {
         self.set_points.as_ref().map_or(&[], |both| &both[robot])
     }
 
-    /// The controller of a robot (0 or 1) ends; its axis is jogged, and after a time another one begins.
+    /// Ends the controller of robot 0 or 1, jogs its axis, and starts another controller after a time.
     pub fn begin_again(
         &mut self,
         robot: usize,
@@ -279,56 +279,56 @@ impl EmulatedFacility {
         self.due[1 + robot] += after;
         let mut axes = [0, 1].map(|robot| self.world.robot(robot).position);
         axes[robot][axis] += by;
-        self.world.stand(&axes);
-        // What comes is the new session's.
+        self.world.set_axes(&axes);
+        // Later datagrams belong to the new session.
         if let Some(seen) = &mut self.set_points {
             seen[robot].clear();
         }
-        self.kept_in_motion[robot] = false;
+        self.begins_in_motion[robot] = false;
     }
 
-    /// The controller of a robot (0 or 1) goes on with another cycle.
+    /// Changes the cycle of the controller of robot 0 or 1.
     pub fn change_cycle(&mut self, robot: usize, cycle: Nanos) {
         self.controllers[robot].change_cycle(cycle);
-        // The answer that it has taken was made for the cycle before.
+        // The answer taken was meant for the previous cycle.
         if let Some(seen) = &mut self.set_points {
             seen[robot].clear();
         }
-        self.kept_in_motion[robot] = true;
+        self.begins_in_motion[robot] = true;
     }
 
-    /// Holds an axis of a robot (0 or 1) where it is, whatever its controller asks for, or lets it go.
+    /// Blocks an axis of robot 0 or 1 at its position, whatever its controller commands, or releases it.
     pub fn hold_axis(&mut self, robot: usize, axis: Option<usize>) {
         self.held[robot] = axis.map(|axis| (axis, self.world.robot(robot).position[axis]));
     }
 
-    /// The next sample reads so much more along the sensor's z axis \[N\].
+    /// Adds an offset along the sensor's z axis to the next sample \[N\].
     pub fn knock(&mut self, force: f64) {
         self.knock = force;
     }
 
-    /// Makes the sensor ill, or well again.
+    /// Sets the fault of the sensor.
     pub fn ail(&mut self, ailment: Ailment) {
         self.ailment = ailment;
     }
 
-    /// Why robot 1 or 2 (0 or 1 here) has stopped following, if it has.
+    /// Returns the reason why robot 0 or 1 has stopped following, if it has.
     pub fn fault(&self, robot: usize) -> Option<&'static str> {
         self.controllers[robot].fault()
     }
 
-    /// Why the last session of robot 1 or 2 (0 or 1 here) has ended, if one has.
+    /// Returns the reason for the end of robot 0's or 1's last session, if one has ended.
     pub fn last_end(&self, robot: usize) -> Option<&'static str> {
         self.fault(robot).or_else(|| self.renewal.as_ref().and_then(|renewal| renewal.causes[robot]))
     }
 
-    /// What the contact has done in this session, or in the one before if nobody has commanded a robot since.
+    /// Returns the contact history of this session, or of the previous one if no client has commanded a robot since.
     pub fn watch(&self) -> Watch<f64> {
         let before = self.renewal.as_ref().filter(|renewal| renewal.begin.is_none()).and_then(|renewal| renewal.last);
         before.unwrap_or_else(|| self.world.watch())
     }
 
-    /// The physics.
+    /// Returns the physical world.
     pub fn world(&self) -> &World {
         &self.world
     }

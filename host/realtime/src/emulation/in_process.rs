@@ -1,4 +1,4 @@
-//! Emulated robots and sensor without a protocol between: one physics clock, links in the same thread.
+//! Emulated robots and sensor without a protocol: one physics clock, links in the same thread.
 
 use super::world::World;
 use crate::clock::Clock;
@@ -15,13 +15,13 @@ use std::rc::Rc;
 /// Cycle of the robots.
 pub const CYCLE: Nanos = Nanos::from_millis(1);
 
-/// The emulated facility in the drive's own thread.
+/// An emulated facility in the session's own thread.
 pub struct InProcessRig {
     world: World,
     clock: Rc<dyn Clock>,
     cycle: Nanos,
     tick: Nanos,
-    /// The physics has come so far.
+    /// Time of the physics.
     time: Nanos,
     courses: [Line; 2],
     ended: [bool; 2],
@@ -30,22 +30,22 @@ pub struct InProcessRig {
 }
 
 impl InProcessRig {
-    /// A facility whose robots take commands every `cycle`, standing where they are.
+    /// Creates a facility whose robots take commands every `cycle`, at their present positions.
     pub fn new(world: World, clock: Rc<dyn Clock>, cycle: Nanos) -> Rc<RefCell<Self>> {
         let time = clock.now();
         let courses = [0, 1].map(|robot| world.robot(robot).position).map(|at| Line { from: at, to: at, since: time });
         let tick = Nanos::from_seconds(world.tick_seconds());
         let (ended, sequence, mut peak) = ([false; 2], 0, Peak::default());
-        peak.look(world.reading());
+        peak.read(world.reading());
         Rc::new(RefCell::new(Self { world, clock, cycle, tick, time, courses, ended, sequence, peak }))
     }
 
-    /// The facility itself.
+    /// Returns the physical world.
     pub fn world(&self) -> &World {
         &self.world
     }
 
-    /// The run begins with the next tick, see [`World::begin_run`].
+    /// Begins the run with the next tick, see [`World::begin_run`].
     pub fn begin_run(&mut self, tare: Wrench<f64>) {
         self.world.begin_run(tare);
     }
@@ -62,7 +62,7 @@ impl InProcessRig {
     }
 }
 
-/// Links to both robots and the sensor of a bench.
+/// Returns links to both robots and the sensor of a rig.
 pub fn links(bench: &Rc<RefCell<InProcessRig>>) -> Links {
     Links {
         robots: [Box::new(EmulatedRobot::new(bench, 0)), Box::new(EmulatedRobot::new(bench, 1))],
@@ -70,7 +70,7 @@ pub fn links(bench: &Rc<RefCell<InProcessRig>>) -> Links {
     }
 }
 
-/// One of the two robots.
+/// A link to one of the two robots.
 pub struct EmulatedRobot {
     bench: Rc<RefCell<InProcessRig>>,
     index: usize,
@@ -79,7 +79,7 @@ pub struct EmulatedRobot {
 }
 
 impl EmulatedRobot {
-    /// Robot 1 or 2 (0 or 1 here) of an emulated facility.
+    /// Creates the link to robot 0 or 1 of an emulated facility.
     pub fn new(bench: &Rc<RefCell<InProcessRig>>, index: usize) -> Self {
         let due = bench.borrow().time + bench.borrow().cycle;
         Self { bench: Rc::clone(bench), index, due, counters: LinkCounters::default() }
@@ -108,7 +108,7 @@ impl RobotLink for EmulatedRobot {
             stamp,
             received: stamp,
             position: reading.position,
-            asked: Some(bench.courses[self.index].at(bench.time, bench.cycle)),
+            reported_set_point: Some(bench.courses[self.index].at(bench.time, bench.cycle)),
             torque: reading.torque,
             pose: Some(reading.pose),
             late_answers: 0,
@@ -132,7 +132,7 @@ impl RobotLink for EmulatedRobot {
     }
 }
 
-/// The sensor between robot 1 and part A.
+/// A link to the sensor between robot 1 and part A.
 pub struct EmulatedSensor {
     bench: Rc<RefCell<InProcessRig>>,
     seen: u32,
@@ -140,7 +140,7 @@ pub struct EmulatedSensor {
 }
 
 impl EmulatedSensor {
-    /// The sensor of an emulated facility.
+    /// Creates the link to the sensor of an emulated facility.
     pub fn new(bench: &Rc<RefCell<InProcessRig>>) -> Self {
         Self { bench: Rc::clone(bench), seen: 0, counters: LinkCounters::default() }
     }
@@ -161,7 +161,7 @@ impl ForceSensor for EmulatedSensor {
         self.counters.received += u64::from(bench.sequence.wrapping_sub(self.seen));
         self.seen = bench.sequence;
         let (wrench, saturated) = (bench.world.reading(), bench.world.saturated());
-        let peak = bench.peak.look(wrench);
+        let peak = bench.peak.read(wrench);
         Ok(Some(ForceSample { peak, saturated, ..ForceSample::new(bench.time, self.seen, wrench) }))
     }
 

@@ -1,4 +1,4 @@
-//! An emulated facility and our drivers, joined by real sockets on the loopback interface: RSI twice, and Net F/T.
+//! An emulated facility and our drivers, connected by sockets on the loopback interface: RSI twice, and Net F/T.
 
 use super::facility::EmulatedFacility;
 use super::server::Sockets;
@@ -18,19 +18,20 @@ use crate::wire::udp::UdpPort;
 use std::io;
 use std::net::{Ipv4Addr, SocketAddr};
 
-/// Counts per newton and per newton metre, as a Net Box comes from the factory.
+/// Counts per newton and per newton metre: the factory setting of a Net Box.
 const COUNTS: f64 = 1e6;
 /// Period of the sensor's records.
 const SAMPLES: Nanos = Nanos::from_millis(1);
-/// A silence that no machine's scheduling makes.
+/// A silence longer than any scheduling delay.
 const SILENCE: Nanos = Nanos::from_millis(1000);
 
-/// A facility on ports that are free, and our links to it; robot 2's cycles begin half a cycle after robot 1's.
+/// Creates a facility on free ports, and our links to it; robot 2's cycles begin half a cycle after robot 1's.
 ///
-/// To be served ([`serve`](super::server::serve)) at once: the links wait for it. The cycle is a whole number of milliseconds, IPOC's unit.
+/// Must be served ([`serve`](super::server::serve)) at once: the links wait for it. The cycle is a whole number of
+/// milliseconds, IPOC's unit.
 ///
 /// # Errors
-/// If the machine has no sockets for it.
+/// If the machine has no free sockets.
 pub fn rsi(world: World, cycle: Nanos) -> Result<(EmulatedFacility, Sockets, Links), LinkFault> {
     let tags = || TagMap { cycle, ..TagMap::im_free().with_rail() };
     let [theirs_1, theirs_2, theirs_3] = [bind()?, bind()?, bind()?];

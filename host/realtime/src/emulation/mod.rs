@@ -1,4 +1,4 @@
-//! A facility that stands in for a real one: the farm's robots, contact and sensor behind the same links.
+//! An emulated facility: the farm's robots, contact and sensor behind the links of a real one.
 
 mod axes;
 pub mod facility;

@@ -1,10 +1,10 @@
-//! The emulated facility and its wires in virtual time: whoever waits for a datagram lets the time go on.
+//! The emulated facility and its network in virtual time: the time advances when a caller waits for a datagram.
 
 use super::facility::EmulatedFacility;
 use crate::clock::{Clock, Virtual};
 use crate::time::Nanos;
 use crate::wire::Port;
-use crate::wire::relay::{Endpoint, Relay, Way};
+use crate::wire::relay::{Direction, Endpoint, Relay};
 use std::cell::RefCell;
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, VecDeque};
@@ -17,20 +17,20 @@ pub fn address_of(endpoint: Endpoint) -> SocketAddr {
     SocketAddr::from((Ipv4Addr::new(10, 0, 0, 10 + endpoint as u8), 49_152))
 }
 
-/// Our address towards an endpoint.
+/// Our address for an endpoint.
 pub fn our_address(endpoint: Endpoint) -> SocketAddr {
     SocketAddr::from((Ipv4Addr::new(10, 0, 0, 1), 59_152 + endpoint as u16))
 }
 
-/// Somebody else's.
+/// The address of a foreign host.
 fn stranger() -> SocketAddr {
     SocketAddr::from((Ipv4Addr::new(10, 0, 0, 99), 49_152))
 }
 
-/// A datagram under way: when it comes, in which order it was sent, where to.
+/// A datagram in transit: arrival time, sequence number, receiver.
 type Flight = Reverse<(Nanos, u64, u8, bool, bool, Vec<u8>)>;
 
-/// The facility, the wires, and the faults on them.
+/// The facility, the network, and its faults.
 pub struct Network {
     clock: Virtual,
     facility: EmulatedFacility,
@@ -38,16 +38,16 @@ pub struct Network {
     pub relay: Relay,
     flights: BinaryHeap<Flight>,
     sent: u64,
-    /// All answers of ours that reached the relay, in order.
+    /// Our answers that reached the relay, in order.
     pub answers: Vec<(Nanos, Endpoint, Vec<u8>)>,
-    /// What has come for us: by endpoint, with its sender and its time.
+    /// Datagrams that have arrived for us: endpoint, sender, time.
     inbox: [VecDeque<(SocketAddr, Nanos, Vec<u8>)>; 3],
 }
 
 const ENDPOINTS: [Endpoint; 3] = [Endpoint::Robot1, Endpoint::Robot2, Endpoint::Sensor];
 
 impl Network {
-    /// A network in the time of a clock.
+    /// Creates a network on a clock.
     pub fn new(clock: Virtual, facility: EmulatedFacility, relay: Relay) -> Rc<RefCell<Self>> {
         let inbox = Default::default();
         Rc::new(RefCell::new(Self {
@@ -61,23 +61,24 @@ impl Network {
         }))
     }
 
-    /// The facility.
+    /// Returns the facility.
     pub fn facility(&mut self) -> &mut EmulatedFacility {
         &mut self.facility
     }
 
-    /// Lets a datagram go, through the relay.
-    fn launch(&mut self, endpoint: Endpoint, way: Way, datagram: &[u8]) {
+    /// Sends a datagram through the relay.
+    fn launch(&mut self, endpoint: Endpoint, direction: Direction, datagram: &[u8]) {
         let now = self.clock.now();
-        for passing in self.relay.pass(now, endpoint, way, datagram) {
+        for passing in self.relay.pass(now, endpoint, direction, datagram) {
             self.sent += 1;
-            let comes = now + passing.delay;
-            let flight = (comes, self.sent, endpoint as u8, way == Way::Report, passing.impostor, passing.bytes);
+            let arrival = now + passing.delay;
+            let flight =
+                (arrival, self.sent, endpoint as u8, direction == Direction::Report, passing.impostor, passing.bytes);
             self.flights.push(Reverse(flight));
         }
     }
 
-    /// Lets the time go on to the next event, not beyond a deadline; whether there was one.
+    /// Advances the time to the next event, at most to a deadline; returns whether there was one.
     fn advance(&mut self, deadline: Nanos) -> bool {
         let flight = self.flights.peek().map_or(Nanos(i64::MAX), |flight| flight.0.0);
         let next = flight.min(self.facility.next());
@@ -91,11 +92,11 @@ impl Network {
         }
         let mut out: Vec<(Endpoint, Vec<u8>)> = Vec::new();
         self.facility.run_until(next, &mut |endpoint, _, datagram| out.push((endpoint, datagram.to_vec())));
-        out.iter().for_each(|(endpoint, datagram)| self.launch(*endpoint, Way::Report, datagram));
+        out.iter().for_each(|(endpoint, datagram)| self.launch(*endpoint, Direction::Report, datagram));
         true
     }
 
-    /// The next datagram arrives.
+    /// Delivers the next datagram.
     fn land(&mut self) {
         let Some(Reverse((at, _, endpoint, report, impostor, bytes))) = self.flights.pop() else {
             return;
@@ -109,11 +110,11 @@ impl Network {
         let from = if impostor { stranger() } else { our_address(endpoint) };
         let mut out: Vec<Vec<u8>> = Vec::new();
         self.facility.take(endpoint, at, from, &bytes, &mut |_, _, datagram| out.push(datagram.to_vec()));
-        out.iter().for_each(|datagram| self.launch(endpoint, Way::Report, datagram));
+        out.iter().for_each(|datagram| self.launch(endpoint, Direction::Report, datagram));
     }
 }
 
-/// Our end of a link.
+/// Our port of a link.
 pub struct NetworkPort {
     network: Rc<RefCell<Network>>,
     endpoint: Endpoint,
@@ -121,7 +122,7 @@ pub struct NetworkPort {
 }
 
 impl NetworkPort {
-    /// The end towards an endpoint.
+    /// Creates the port of an endpoint.
     pub fn new(network: &Rc<RefCell<Network>>, endpoint: Endpoint) -> Self {
         Self { network: Rc::clone(network), endpoint, arrived: Nanos(0) }
     }
@@ -134,7 +135,7 @@ impl Port for NetworkPort {
 
     fn receive(&mut self, buffer: &mut [u8], deadline: Nanos) -> io::Result<Option<(usize, SocketAddr)>> {
         let mut network = self.network.borrow_mut();
-        // What is due by now has happened, whoever looks first.
+        // All events that are due by now are processed before the port is read.
         let now = network.clock.now();
         while network.advance(now) {}
         loop {
@@ -159,7 +160,7 @@ impl Port for NetworkPort {
         let mut network = self.network.borrow_mut();
         let now = network.clock.now();
         network.answers.push((now, self.endpoint, datagram.to_vec()));
-        network.launch(self.endpoint, Way::Answer, datagram);
+        network.launch(self.endpoint, Direction::Answer, datagram);
         Ok(())
     }
 }

@@ -1,4 +1,4 @@
-//! The emulated facility on real sockets: one thread, three ports, one physics clock, paced by absolute times.
+//! The emulated facility on sockets: one thread, three ports, one physics clock, paced by absolute times.
 
 use super::facility::EmulatedFacility;
 use crate::clock::{Clock, Monotonic};
@@ -12,14 +12,14 @@ use std::io;
 use std::net::SocketAddr;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// A look at the stop flag at least this often.
+/// Greatest interval between two checks of the stop flag.
 const LOOK: Nanos = Nanos::from_millis(20);
-/// Most datagrams taken from a socket in a row: a flood must not hold up the physics.
+/// Greatest number of datagrams taken from a socket in a row: a flood must not delay the physics.
 const MOST_QUEUED: usize = 64;
 
 const ENDPOINTS: [Endpoint; 3] = [Endpoint::Robot1, Endpoint::Robot2, Endpoint::Sensor];
 
-/// The facility's ends of its three links.
+/// The facility's ports.
 pub struct Sockets {
     /// Robot 1, robot 2, sensor.
     pub ports: [UdpPort; 3],
@@ -27,15 +27,15 @@ pub struct Sockets {
 
 impl Sockets {
     fn send(&mut self, endpoint: Endpoint, to: SocketAddr, datagram: &[u8]) {
-        // Nobody there yet is no error of a controller's: it sends again in its next cycle.
+        // A missing receiver is no error: the controller sends again in its next cycle.
         let _ = self.ports[endpoint as usize].send(datagram, to);
     }
 }
 
-/// Serves the facility from now on, until told to stop or until a time; notes how late it was at its own instants.
+/// Serves the facility until `stop` holds or until a time; records its lateness at each event.
 ///
-/// It takes nothing from the heap but between two sessions. Datagrams are taken as they come, and those that are there at an instant of the
-/// facility have come before it.
+/// Allocates only between two sessions. Datagrams are taken as they arrive; those that have arrived by an event of the
+/// facility are processed before that event.
 ///
 /// # Errors
 /// If a socket fails.
@@ -60,7 +60,7 @@ pub fn serve(
     Ok(())
 }
 
-/// Takes the datagrams that wait.
+/// Takes the waiting datagrams.
 fn take(facility: &mut EmulatedFacility, sockets: &mut Sockets) -> io::Result<()> {
     let mut buffer = [0; MAX_DATAGRAM];
     for (index, endpoint) in ENDPOINTS.into_iter().enumerate() {

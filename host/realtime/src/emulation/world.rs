@@ -1,4 +1,4 @@
-//! The emulated facility's one physics clock: both robots, the contact between their parts, and the sensor.
+//! The physics of the emulated facility on one clock: both robots, the contact between their parts, and the sensor.
 
 use super::axes::LateAxes;
 use crate::arms::Arms;
@@ -15,17 +15,17 @@ use softdock_kernels::space::{Parts, Wrench};
 use softdock_kernels::vector::Pose;
 use std::sync::Arc;
 
-/// Places that are looked at on a way apart.
+/// Positions that are checked on a path of separation.
 const WAY_STEPS: u32 = 50;
-/// Ticks in which parts that touch there, or a latch that closes, show.
+/// Ticks within which touching parts or a closing latch are detected.
 const WAY_TICKS: u32 = 20;
 
-/// What one emulated robot measures.
+/// Measurements of one emulated robot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EmulatedReading {
-    /// Axes as its controller counts them: joints \[rad\], rail \[m\].
+    /// Axes in controller coordinates: joints \[rad\], rail \[m\].
     pub position: [f64; AXES],
-    /// Torques of the drives \[N m\], \[N\]; only robots with joints have them.
+    /// Torques of the drives \[N m\], \[N\]; only for robots with joints.
     pub torque: Option<[f64; AXES]>,
     /// Pose of its tool in its base.
     pub pose: Pose<f64>,
@@ -34,25 +34,25 @@ pub struct EmulatedReading {
 /// Both emulated robots, contact and sensor.
 pub struct World {
     plant: Arc<Plant>,
-    /// Key of the noise, run and draw.
+    /// Noise key, run and draw.
     made_of: ([u32; 2], u64, Params<f64>),
     arms: Arms,
     sensing: Sensing,
     facility: Box<dyn SimulatedFacility>,
     /// Commanded poses of the last ticks, newest first.
     past: [Parts<f64>; 2],
-    /// The robots' axes, as they follow their targets by themselves.
+    /// Following positions of the robots' axes.
     axes: [LateAxes; 2],
     measured: Measured,
 }
 
 impl World {
-    /// A facility with the errors and delays of a draw; both robots stand where the scenario begins.
+    /// Creates a facility with the errors and delays of a draw; both robots stand at the scenario's start.
     ///
-    /// `bias` is what the sensor reads without weight and contact. `key` and `run` make its noise.
+    /// `bias` is the sensor's reading without weight and contact. `key` and `run` seed its noise.
     ///
     /// # Errors
-    /// The robot (1 or 2) that cannot hold its part at the scenario's start.
+    /// Robot (1 or 2) that cannot hold its part at the scenario's start.
     pub fn new(
         plant: &Arc<Plant>,
         station: &Station,
@@ -72,34 +72,33 @@ impl World {
         let made_of = (key, run, *params);
         let mut world =
             Self { plant: Arc::clone(plant), made_of, arms, sensing, facility, past: [start; 2], axes, measured };
-        world.stand(&home);
+        world.set_axes(&home);
         Ok(world)
     }
 
-    /// Period of its clock \[s\].
+    /// Returns the period of its clock \[s\].
     pub fn tick_seconds(&self) -> f64 {
         self.plant.timing.tick()
     }
 
-    /// Puts both robots at rest, axes as their controllers count them.
-    pub fn stand(&mut self, position: &[[f64; AXES]; 2]) {
+    /// Puts both robots to rest at controller axes.
+    pub fn set_axes(&mut self, position: &[[f64; AXES]; 2]) {
         let parts = self.parts_at(position);
         self.past = [parts; 2];
-        self.axes.iter_mut().zip(position).for_each(|(axes, position)| axes.stand(*position));
+        self.axes.iter_mut().zip(position).for_each(|(axes, position)| axes.set_axes(*position));
         self.facility.stand(&parts);
         self.measured = Measured { parts, wrench: Wrench::zero(), saturated: false };
     }
 
-    /// Opens the latch and puts the robots somewhere, as somebody does by hand between two sessions: nothing has been
-    /// touched yet. Takes from the heap.
+    /// Opens the latch and moves the robots, as by hand between two sessions; resets the contact history. Allocates.
     pub fn release(&mut self, position: &[[f64; AXES]; 2]) {
         let (key, run, params) = &self.made_of;
         self.facility = emulated_facility(&self.plant, *key, *run, params);
-        self.stand(position);
+        self.set_axes(position);
     }
 
-    /// The first places of the axes, on a line from some to others, at which the parts do not touch and no latch closes;
-    /// the last ones if that is nowhere so. Takes from the heap.
+    /// Returns the first axes on a line between two positions at which the parts do not touch and no latch closes; the
+    /// last ones if there are none. Allocates.
     pub fn apart(&self, from: &[[f64; AXES]; 2], to: &[[f64; AXES]; 2]) -> [[f64; AXES]; 2] {
         let (key, run, params) = &self.made_of;
         let on_the_way = |step: u32| {
@@ -119,33 +118,33 @@ impl World {
         free.unwrap_or(*to)
     }
 
-    /// The run begins with the next tick, as the farm's run does: with the same noise, and with no error of the tare but
-    /// the draw's. `tare` is what the drive has read at rest, the sensor's axes.
+    /// Begins the run with the next tick, like the farm's run: same noise, and only the draw's tare error. `tare` is
+    /// the session's reading at rest, sensor axes.
     pub fn begin_run(&mut self, tare: Wrench<f64>) {
         self.sensing.tare = tare;
         self.facility.begin_run();
     }
 
-    /// One tick in which the controllers ask their robots to come to these axes.
+    /// Steps by one tick with these target axes.
     pub fn tick(&mut self, targets: &[[f64; AXES]; 2]) {
         let poses = self.parts_at(targets);
-        let told = by_differences(&self.plant, &self.past[1], &self.past[0], &poses);
+        let reference = by_differences(&self.plant, &self.past[1], &self.past[0], &poses);
         self.past = [poses, self.past[0]];
         self.axes.iter_mut().zip(targets).for_each(|(axes, target)| axes.tick(*target));
-        self.measured = self.facility.tick(&told);
+        self.measured = self.facility.tick(&reference);
     }
 
-    /// The parts on robots that stand on these axes.
+    /// Returns the parts of robots at these axes.
     fn parts_at(&self, axes: &[[f64; AXES]; 2]) -> Parts<f64> {
         self.arms.parts_on(axes, &[[0.0; AXES]; 2])
     }
 
-    /// What robot 1 or 2 (0 or 1 here) measures.
+    /// Returns the measurements of robot 0 or 1.
     pub fn robot(&self, robot: usize) -> EmulatedReading {
         self.reading_of(robot, &self.measured.parts, 0.0)
     }
 
-    /// The same so long after the last tick \[s\]: controllers do not share the physics' clock.
+    /// Returns the measurements at a time after the last tick \[s\]: controllers do not share the physics' clock.
     pub fn robot_after(&self, robot: usize, since: f64) -> EmulatedReading {
         if since == 0.0 {
             return self.robot(robot);
@@ -161,12 +160,12 @@ impl World {
         EmulatedReading { position, torque, pose: self.arms.tool_pose(robot, &position) }
     }
 
-    /// What the sensor reads, its own axes and origin.
+    /// Returns the sensor's reading, its own axes and origin.
     pub fn reading(&self) -> Wrench<f64> {
         self.reading_under(self.measured.wrench)
     }
 
-    /// The same of a sensor that feels no contact.
+    /// Returns the reading of a sensor that measures no contact.
     pub fn reading_without_contact(&self) -> Wrench<f64> {
         self.reading_under(Wrench::zero())
     }
@@ -175,22 +174,22 @@ impl World {
         self.sensing.reading(on_part, &self.measured.parts.a) + self.sensing.tare
     }
 
-    /// The contact's wrench on part A as the sensor measures it, about the part's origin in the part's axes.
+    /// Returns the contact wrench on part A as measured, about the part's origin in the part's axes.
     pub fn wrench(&self) -> Wrench<f64> {
         self.measured.wrench
     }
 
-    /// A channel of the sensor has saturated.
+    /// Whether a channel of the sensor has saturated.
     pub fn saturated(&self) -> bool {
         self.measured.saturated
     }
 
-    /// Where the parts really are.
+    /// Returns the true parts.
     pub fn parts(&self) -> &Parts<f64> {
         &self.measured.parts
     }
 
-    /// What the contact really did so far.
+    /// Returns the true contact history.
     pub fn watch(&self) -> Watch<f64> {
         self.facility.watch()
     }
@@ -212,7 +211,7 @@ mod tests {
         World::new(&plant, station, philox::key(1), 1244, &params, Wrench::zero()).expect("in reach")
     }
 
-    /// Lets both robots come to their targets over so many ticks, on a smooth way, and to rest.
+    /// Moves both robots smoothly to their targets over this number of ticks, and to rest.
     fn go(world: &mut World, targets: [[f64; AXES]; 2], ticks: u32) {
         let from = [0, 1].map(|robot: usize| world.robot(robot).position);
         for tick in 1..=ticks + 3000 {
@@ -225,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn the_rail_moves_by_itself_and_the_joints_stay() {
+    fn rail_motion_leaves_joints_unchanged() {
         let mut world = world();
         let start = [0, 1].map(|robot| world.robot(robot));
         let part = world.parts().a.position;
@@ -253,11 +252,11 @@ mod tests {
     }
 
     #[test]
-    fn a_commanded_configuration_is_reported_and_its_pose_is_its_joints() {
+    fn commanded_configuration_is_reported_with_its_pose() {
         let mut world = world();
         let start = [0, 1].map(|robot| world.robot(robot).position);
         let mut targets = start;
-        // Axis 6 by a whole turn, axis 4 far round: no inverse of a pose would tell these.
+        // Axis 6 by a whole turn, axis 4 far round: the inverse of a pose does not distinguish these.
         targets[0][5] += std::f64::consts::TAU;
         targets[0][3] += 2.5;
         targets[1][0] += 0.2;
@@ -272,7 +271,7 @@ mod tests {
     }
 
     #[test]
-    fn joints_hold_the_part_where_it_is_in_any_configuration() {
+    fn joints_hold_the_part_in_any_configuration() {
         let mut world = world();
         let mut targets = [0, 1].map(|robot| world.robot(robot).position);
         targets[0][3] += 2.5;

@@ -1,4 +1,4 @@
-//! Addresses of robots and sensors as they are typed: `rsi://0.0.0.0:59152?from=192.168.1.20`.
+//! Parses addresses of robots and sensors: `rsi://0.0.0.0:59152?from=192.168.1.20`.
 
 use super::error::LinkError;
 use crate::time::Nanos;
@@ -9,37 +9,37 @@ use std::str::FromStr;
 /// An option of an address.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinkOption {
-    /// Name in front of the `=`.
+    /// Name before the `=`.
     pub key: &'static str,
-    /// Value if the option is not written: a port, a cycle in ms, a rate in Hz.
+    /// Default value: a port, a cycle in ms, a rate in Hz.
     pub default: Option<f64>,
-    /// A value as it may be written.
+    /// An example value.
     pub example: &'static str,
-    /// Only our side of the link has it, the emulated side has not.
+    /// Whether only our side of the link has the option.
     pub ours_only: bool,
 }
 
 impl LinkOption {
-    /// An option with a text as its value, and without a default.
+    /// Creates a text option without a default.
     pub(crate) const fn text(key: &'static str, example: &'static str) -> Self {
         Self { key, default: None, example, ours_only: false }
     }
 
-    /// An option with a number as its value.
+    /// Creates a numeric option.
     pub(crate) const fn number(key: &'static str, default: f64, example: &'static str) -> Self {
         Self { key, default: Some(default), example, ours_only: false }
     }
 
-    /// The period of a robot's commands.
+    /// Creates the option for the period of a robot's commands.
     pub(crate) const fn cycle(default: Nanos) -> Self {
         Self::number("cycle_ms", default.0 as f64 * 1e-6, "4")
     }
 }
 
-/// The only host that may speak, of protocols whose controllers call us.
+/// Creates the option for the only accepted host, for protocols whose controllers call us.
 pub(crate) const FROM: LinkOption = LinkOption { key: "from", default: None, example: "192.168.1.20", ours_only: true };
 
-/// An address, cut into its parts.
+/// The parts of an address.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LinkAddress {
     scheme: String,
@@ -49,13 +49,13 @@ pub struct LinkAddress {
 }
 
 impl LinkAddress {
-    /// Cuts an address into its parts.
+    /// Splits an address into its parts.
     ///
     /// # Errors
     /// If it has no scheme.
     pub fn parse(text: &str) -> Result<Self, LinkError> {
         let (scheme, rest) = text.split_once("://").ok_or_else(|| {
-            LinkError::address(format!("`{text}` is no address"), "write one as rsi://0.0.0.0:59152 or emulated://")
+            LinkError::address(format!("`{text}` has no scheme"), "write one as rsi://0.0.0.0:59152 or emulated://")
         })?;
         let (place, options) = rest.split_once('?').unwrap_or((rest, ""));
         let options = options.split('&').filter(|option| !option.is_empty()).map(|option| {
@@ -80,7 +80,7 @@ impl LinkAddress {
         &self.place
     }
 
-    /// Refuses options that are not among the known ones.
+    /// Refuses unknown options.
     pub(super) fn only<'a>(&self, known: impl Iterator<Item = &'a LinkOption>) -> Result<(), LinkError> {
         let known: Vec<&str> = known.map(|option| option.key).collect();
         match self.options.keys().find(|key| !known.contains(&key.as_str())) {
@@ -92,25 +92,25 @@ impl LinkAddress {
         }
     }
 
-    /// Host and port; the protocol's own port if none is written.
+    /// Resolves host and port; uses the protocol's default port.
     ///
     /// # Errors
-    /// If there is no such host.
+    /// If the host does not exist.
     pub fn socket(&self, port: u16) -> Result<SocketAddr, LinkError> {
         let with_port = if self.place.contains(':') { self.place.clone() } else { format!("{}:{port}", self.place) };
         let found = with_port.to_socket_addrs().ok().and_then(|mut found| found.next());
         found.ok_or_else(|| {
-            let what = format!("`{}`: `{with_port}` is no host and port", self.whole);
+            let what = format!("`{}`: `{with_port}` is not a resolvable HOST:PORT", self.whole);
             LinkError::address(what, "write 192.168.1.20:59152")
         })
     }
 
-    /// Where an emulated device listens: on this machine alone, unless the address states where.
+    /// Returns the listening address of an emulated device: loopback, unless the address states another.
     pub(super) fn listening(&self, port: u16) -> Result<SocketAddr, LinkError> {
         if self.place.is_empty() { Ok(SocketAddr::from((Ipv4Addr::LOCALHOST, port))) } else { self.socket(port) }
     }
 
-    /// An option, read as what it must be; `None` if it is not written.
+    /// Parses the value of an option; `None` if it is absent.
     pub(super) fn option<T: FromStr>(&self, option: &LinkOption) -> Result<Option<T>, LinkError> {
         let LinkOption { key, example, .. } = option;
         self.options.get(*key).map_or(Ok(None), |text| {
@@ -121,22 +121,22 @@ impl LinkAddress {
         })
     }
 
-    /// An option that is a port, or its default.
+    /// Returns a port option, or its default.
     pub(super) fn port(&self, option: &LinkOption) -> Result<u16, LinkError> {
         Ok(self.option(option)?.unwrap_or(option.default.unwrap_or_default() as u16))
     }
 
-    /// An option that is a number, or its default.
+    /// Returns a numeric option, or its default.
     pub(super) fn number(&self, option: &LinkOption) -> Result<f64, LinkError> {
         Ok(self.option(option)?.unwrap_or(option.default.unwrap_or_default()))
     }
 
-    /// The option `from`: the only host that may speak.
+    /// Returns the option `from`: the only accepted host.
     pub(super) fn from(&self) -> Result<Option<IpAddr>, LinkError> {
         self.option(&FROM)
     }
 
-    /// The option `cycle_ms`, or the protocol's own cycle.
+    /// Returns the option `cycle_ms`, or the protocol's default cycle.
     pub(super) fn cycle(&self, option: &LinkOption) -> Result<Nanos, LinkError> {
         let millis = self.number(option)?;
         if !(0.1..=100.0).contains(&millis) {
@@ -152,7 +152,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_address_is_cut_into_its_parts() {
+    fn address_parses_into_its_parts() {
         let cycle = LinkOption::cycle(Nanos::from_millis(4));
         let address = LinkAddress::parse("rsi://0.0.0.0:59152?from=10.0.0.7&cycle_ms=12").unwrap();
         assert_eq!((address.scheme(), address.socket(1).unwrap().port()), ("rsi", 59152));

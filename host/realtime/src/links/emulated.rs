@@ -1,4 +1,4 @@
-//! Robots and sensor in this process: addresses and our link; there is nothing real to arm.
+//! Robots and sensor emulated in this process; there is nothing real to arm.
 
 use super::address::LinkOption;
 use super::error::LinkError;

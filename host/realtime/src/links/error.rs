@@ -1,29 +1,29 @@
-//! Why a link cannot be opened.
+//! Errors of opening a link.
 
 use crate::protocol::ethercat::OpenError;
 use crate::protocol::netft::calibration::CalibrationError;
 use crate::signals::LinkFault;
 
-/// A link that cannot be opened, or an address that no link can be opened at.
+/// A link that cannot be opened, or an unusable address.
 #[derive(Debug, thiserror::Error)]
 pub enum LinkError {
-    /// The address cannot be used as it is written.
+    /// An unusable address.
     #[error("{what}")]
     Address {
-        /// What is wrong.
+        /// Problem.
         what: String,
-        /// What to write.
+        /// Remedy.
         remedy: String,
     },
-    /// This machine, the controller or the sensor refuses.
+    /// This machine, the controller or the sensor refuses the link.
     #[error("{what}")]
     Refused {
-        /// What is wrong.
+        /// Problem.
         what: String,
-        /// What to do.
+        /// Remedy.
         remedy: String,
     },
-    /// The link fails at its opening.
+    /// A link fault at the opening.
     #[error(transparent)]
     Fault(#[from] LinkFault),
     /// The drives of an EtherCAT segment cannot be opened.
@@ -35,7 +35,7 @@ pub enum LinkError {
 }
 
 impl LinkError {
-    /// What to do about it, where more than the message is known.
+    /// Returns the remedy, where more is known than the message.
     pub fn remedy(&self) -> Option<&str> {
         match self {
             Self::Address { remedy, .. } | Self::Refused { remedy, .. } => Some(remedy),

@@ -1,4 +1,4 @@
-//! EtherCAT with CiA 402 drives: addresses and our link; there is no emulated side at an address.
+//! EtherCAT with CiA 402 drives: addresses and our link; there is no emulated side.
 
 use super::address::LinkOption;
 use super::error::LinkError;
@@ -17,7 +17,7 @@ pub(super) const ROW: ProtocolRow = ProtocolRow {
     options: &[CYCLE_MS],
     usage: &[Usage {
         address: "INTERFACE[?cycle_ms={cycle_ms}]",
-        meaning: "CiA 402 drives; [robotN.ethercat] of the facility file says what they count",
+        meaning: "CiA 402 drives; [robotN.ethercat] of the facility file states their counts",
     }],
     emulated_usage: &[],
     robot: Some(robot),
@@ -38,11 +38,11 @@ fn robot(request: &LinkRequest) -> Result<Box<dyn RobotLink>, LinkError> {
     Ok(Box::new(opened))
 }
 
-/// The drives of a robot's EtherCAT segment, as the facility file has them.
+/// Returns the drives of a robot's EtherCAT segment, from the facility file.
 fn segment(station: &Station, index: usize) -> Result<EtherCatConfig, LinkError> {
     let drives = &station.robots[index].drives;
     if drives.is_empty() {
-        let what = format!("the facility file does not say what the drives of robot {} count", index + 1);
+        let what = format!("the facility file does not state the drive counts of robot {}", index + 1);
         return Err(LinkError::address(what, format!("add a table [robot{}.ethercat] with counts = [...]", index + 1)));
     }
     let scales = drives.iter().zip(&station.limits).map(|((counts, zero), limit)| AxisScale {

@@ -13,9 +13,9 @@ use crate::signals::RobotLink;
 use std::net::SocketAddr;
 use std::time::Duration;
 
-/// Longest step of arming a controller: servos that come up, a program that starts.
+/// Longest step of arming a controller: servo enabling, program start.
 const ARMING_LIMIT: Duration = Duration::from_secs(10);
-/// Version of the protocol that the emulated controller speaks.
+/// Protocol version of the emulated controller.
 const EMULATED_VERSION: u32 = 3;
 const CYCLE_MS: LinkOption = LinkOption::cycle(CYCLE);
 const RMI: LinkOption = LinkOption::number("rmi", RMI_PORT as f64, "16001");
@@ -42,7 +42,7 @@ pub(super) const ROW: ProtocolRow = ProtocolRow {
     opens_last: false,
 };
 
-/// An arm; armed, its program that follows the stream is started over the Remote Motion Interface.
+/// Opens the link to a robot; if armed, starts the program that follows the stream over the Remote Motion Interface.
 fn robot(request: &LinkRequest) -> Result<Box<dyn RobotLink>, LinkError> {
     let address = request.address;
     let stream = address.socket(STREAM_PORT)?;
@@ -53,7 +53,7 @@ fn robot(request: &LinkRequest) -> Result<Box<dyn RobotLink>, LinkError> {
     }
     let controller = SocketAddr::new(stream.ip(), rmi);
     let robot = ArmedFanuc::arm(robot, controller, ARMING_LIMIT).map_err(|error| {
-        let remedy = "clear what it says at its teach pendant, switch to AUTO, and begin again; another port is \
+        let remedy = "clear the alarm at the teach pendant, switch to AUTO, and start again; for another port write \
             fanuc://HOST?rmi=PORT";
         LinkError::refused(format!("robot {} at {controller} cannot be armed: {error}", request.index + 1), remedy)
     })?;
@@ -64,7 +64,7 @@ fn controller(address: &LinkAddress, _: bool, _: Reporter) -> Result<EmulatedEnd
     let place = address.listening(STREAM_PORT)?;
     let rmi = address.port(&RMI)?;
     let server = RmiServer::start(SocketAddr::new(place.ip(), rmi)).map_err(|error| {
-        let remedy = "write another port: fanuc://BIND?rmi=16002";
+        let remedy = "select another port: fanuc://BIND?rmi=16002";
         LinkError::refused(format!("cannot serve RMI at {}:{rmi}: {error}", place.ip()), remedy)
     })?;
     let mut controller = FanucController::new(address.cycle(&CYCLE_MS)?, EMULATED_VERSION);

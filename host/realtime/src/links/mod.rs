@@ -1,7 +1,7 @@
-//! From typed addresses to links: one table of protocols, one row and one file each.
+//! Opens links at typed addresses, from one table of protocols with one row and one file each.
 //!
-//! Addresses, help texts, messages that list the known schemes and the rule of arming derive from [`PROTOCOLS`]; ports
-//! and default cycles stand in the rows alone.
+//! Addresses, help texts, lists of schemes and the arming rule derive from [`PROTOCOLS`]; only the rows hold ports and
+//! default cycles.
 
 pub mod address;
 mod egm;
@@ -28,7 +28,7 @@ use std::net::{Ipv4Addr, SocketAddr};
 pub const PROTOCOLS: [&ProtocolRow; 6] =
     [&rsi::ROW, &egm::ROW, &fanuc::ROW, &ethercat::ROW, &netft::ROW, &emulated::ROW];
 
-/// An address whose protocol is in the table and has all of its options.
+/// An address whose protocol and options are in the table.
 #[derive(Clone, Debug)]
 pub struct CheckedAddress {
     address: LinkAddress,
@@ -36,21 +36,21 @@ pub struct CheckedAddress {
 }
 
 impl CheckedAddress {
-    /// The address of a robot, for our side of its link.
+    /// Parses the address of a robot, for our side of its link.
     ///
     /// # Errors
-    /// If it is no address, no robot speaks its protocol, or the protocol does not have one of its options.
+    /// If the text is no address, is no robot protocol, or has an unknown option.
     pub fn robot(text: &str) -> Result<Self, LinkError> {
-        let remedy = || format!("robots speak {}", spoken(|row| row.robot.is_some()));
+        let remedy = || format!("robot protocols are {}", spoken(|row| row.robot.is_some()));
         Self::ours(text, "robot", |row| row.robot.is_some(), remedy)
     }
 
-    /// The address of a sensor, for our side of its link.
+    /// Parses the address of a sensor, for our side of its link.
     ///
     /// # Errors
     /// As [`Self::robot`].
     pub fn sensor(text: &str) -> Result<Self, LinkError> {
-        let remedy = || format!("sensors speak {}", spoken(|row| row.sensor.is_some()));
+        let remedy = || format!("sensor protocols are {}", spoken(|row| row.sensor.is_some()));
         Self::ours(text, "sensor", |row| row.sensor.is_some(), remedy)
     }
 
@@ -61,13 +61,13 @@ impl CheckedAddress {
         remedy: impl Fn() -> String,
     ) -> Result<Self, LinkError> {
         let address = LinkAddress::parse(text)?;
-        let what = format!("`{}://` is no {device}'s protocol", address.scheme());
+        let what = format!("`{}://` is not a {device} protocol", address.scheme());
         let row = row_of(&address, speaks).ok_or_else(|| LinkError::address(what, remedy()))?;
         address.only(row.options.iter())?;
         Ok(Self { address, row })
     }
 
-    /// The address of a robot, for its emulated side.
+    /// Parses the address of a robot, for its emulated side.
     ///
     /// # Errors
     /// As [`Self::robot`], of the protocols with an emulated side.
@@ -75,7 +75,7 @@ impl CheckedAddress {
         Self::theirs(text, "robot", |row| row.emulated_robot.is_some())
     }
 
-    /// The address of a sensor, for its emulated side.
+    /// Parses the address of a sensor, for its emulated side.
     ///
     /// # Errors
     /// As [`Self::robot`], of the protocols with an emulated side.
@@ -85,45 +85,49 @@ impl CheckedAddress {
 
     fn theirs(text: &str, device: &str, speaks: fn(&ProtocolRow) -> bool) -> Result<Self, LinkError> {
         let address = LinkAddress::parse(text)?;
-        let what = format!("`{}://` is no {device}'s protocol here", address.scheme());
+        let what = format!("`{}://` is not a {device} protocol with an emulated side", address.scheme());
         let remedy = || format!("write {}", joined(&schemes(speaks)));
         let row = row_of(&address, speaks).ok_or_else(|| LinkError::address(what, remedy()))?;
         address.only(row.options.iter().filter(|option| !option.ours_only))?;
         Ok(Self { address, row })
     }
 
-    /// The protocol.
+    /// Returns the row of the protocol.
     pub fn row(&self) -> &'static ProtocolRow {
         self.row
     }
 
-    /// Scheme and place, without options: `rsi://0.0.0.0:59152`.
+    /// Returns scheme and place, without options: `rsi://0.0.0.0:59152`.
     pub fn shown(&self) -> String {
         format!("{}://{}", self.row.scheme, self.address.place())
     }
 
-    /// Whether there is a real link.
+    /// Whether the link is real.
     pub fn is_real(&self) -> bool {
         self.row.reach != Reach::InProcess
     }
 
-    /// The robot's cycle: of the address, or the protocol's own.
+    /// Returns the robot's cycle: of the address, or the protocol's default.
     ///
     /// # Errors
     /// If it is not between 0.1 and 100 ms, or the protocol has no cycle.
     pub fn cycle(&self) -> Result<Nanos, LinkError> {
-        let missing = || LinkError::address(format!("{}:// has no cycle", self.row.scheme), "name a robot's address");
+        let missing =
+            || LinkError::address(format!("{}:// has no cycle", self.row.scheme), "use the address of a robot");
         self.address.cycle(self.row.option("cycle_ms").ok_or_else(missing)?)
     }
 
-    /// Opens the link to robot 1 or 2 (0 or 1 here).
+    /// Opens the link to robot 0 or 1.
     ///
     /// # Errors
     /// If the link or the robot refuses.
     pub fn open_robot(&self, index: usize, context: &LinkContext) -> Result<Box<dyn RobotLink>, LinkError> {
         match self.row.robot {
             Some(open) => open(&LinkRequest { address: &self.address, index, context }),
-            None => Err(LinkError::address(format!("`{}` is no robot's address", self.shown()), "name a robot's")),
+            None => Err(LinkError::address(
+                format!("`{}` is not the address of a robot", self.shown()),
+                "use the address of a robot",
+            )),
         }
     }
 
@@ -134,14 +138,17 @@ impl CheckedAddress {
     pub fn open_sensor(&self, context: &LinkContext) -> Result<Box<dyn ForceSensor>, LinkError> {
         match self.row.sensor {
             Some(open) => open(&LinkRequest { address: &self.address, index: 0, context }),
-            None => Err(LinkError::address(format!("`{}` is no sensor's address", self.shown()), "name a sensor's")),
+            None => Err(LinkError::address(
+                format!("`{}` is not the address of a sensor", self.shown()),
+                "use the address of a sensor",
+            )),
         }
     }
 
-    /// Builds the emulated controller of a robot, on a rail or not.
+    /// Builds the emulated controller of a robot, with or without a rail.
     ///
     /// # Errors
-    /// If a port is taken, or the address does not state what the controller needs.
+    /// If a port is taken, or the address lacks an option that the controller needs.
     pub fn emulate_robot(
         &self,
         rail: bool,
@@ -149,7 +156,7 @@ impl CheckedAddress {
     ) -> Result<EmulatedEnd<dyn EmulatedController>, LinkError> {
         match self.row.emulated_robot {
             Some(emulate) => emulate(&self.address, rail, report),
-            None => Err(LinkError::address(format!("`{}` has no emulated side", self.shown()), "write another")),
+            None => Err(LinkError::address(format!("`{}` has no emulated side", self.shown()), "use another protocol")),
         }
     }
 
@@ -160,15 +167,15 @@ impl CheckedAddress {
     pub fn emulate_sensor(&self) -> Result<EmulatedEnd<dyn SensorBox>, LinkError> {
         match self.row.emulated_sensor {
             Some(emulate) => emulate(&self.address),
-            None => Err(LinkError::address(format!("`{}` has no emulated side", self.shown()), "write another")),
+            None => Err(LinkError::address(format!("`{}` has no emulated side", self.shown()), "use another protocol")),
         }
     }
 
-    /// The configuration that the robot's controller needs for this address, if its protocol has one: file name behind
-    /// `robotN_`, and text.
+    /// Returns the configuration file that the robot's controller needs for this address, if its protocol has one: name
+    /// after `robotN_`, and text.
     ///
     /// # Errors
-    /// If the address does not state what the configuration needs.
+    /// If the address lacks an option that the configuration needs.
     pub fn configuration(&self, rail: bool, report: Reporter) -> Result<Option<(&'static str, String)>, LinkError> {
         self.row.configuration.map(|write| write(&self.address, rail, report)).transpose()
     }
@@ -177,10 +184,10 @@ impl CheckedAddress {
 /// Checks whether the robots at these addresses (robot 1, robot 2, sensor) may be armed.
 ///
 /// # Errors
-/// If no link is real, or a controller that calls us is not known by its host.
+/// If no link is real, or a controller that calls us has no known host.
 pub fn check_arming(all: &[CheckedAddress; 3], station: &Station) -> Result<(), LinkError> {
     if !all.iter().any(CheckedAddress::is_real) {
-        return Err(LinkError::address("nothing here can be armed: all links are emulated", "leave --arm away"));
+        return Err(LinkError::address("no robot can be armed: all links are emulated", "remove --arm"));
     }
     for (index, checked) in all[..2].iter().enumerate() {
         if let Some(why) = checked.row.reach.unarmed_until_known()
@@ -194,7 +201,7 @@ pub fn check_arming(all: &[CheckedAddress; 3], station: &Station) -> Result<(), 
     Ok(())
 }
 
-/// A port that nobody sends to, and that no other machine reaches: of an emulated device without an address.
+/// Opens an unreachable port on loopback: of an emulated device without an address.
 ///
 /// # Errors
 /// If this machine has no port left.
@@ -206,12 +213,12 @@ fn row_of(address: &LinkAddress, speaks: fn(&ProtocolRow) -> bool) -> Option<&'s
     PROTOCOLS.into_iter().find(|row| row.scheme == address.scheme() && speaks(row))
 }
 
-/// Schemes of the protocols of a kind, as `scheme://`.
+/// Returns the schemes of a kind of protocols, as `scheme://`.
 fn schemes(speaks: fn(&ProtocolRow) -> bool) -> Vec<String> {
     PROTOCOLS.iter().filter(|row| speaks(row)).map(|row| format!("{}://", row.scheme)).collect()
 }
 
-/// The same of protocols with real links, and `or are emulated://`.
+/// Returns the schemes with real links, and `or are emulated://`.
 fn spoken(speaks: fn(&ProtocolRow) -> bool) -> String {
     let real = PROTOCOLS.iter().filter(|row| speaks(row) && row.reach != Reach::InProcess);
     let real: Vec<String> = real.map(|row| format!("{}://", row.scheme)).collect();

@@ -15,7 +15,7 @@ use softdock_campaign::Station;
 use std::net::SocketAddr;
 use std::time::Duration;
 
-/// Silence after which the link counts as dead, in ms; the age of its samples stops a run long before.
+/// Silence after which the link counts as dead, in ms; the limit on the sample age stops a run long before.
 const LEAST_SILENCE: i64 = 100;
 /// Longest wait for the calibration of a Net Box.
 const CALIBRATION_LIMIT: Duration = Duration::from_secs(5);
@@ -49,8 +49,8 @@ fn sensor(request: &LinkRequest) -> Result<Box<dyn ForceSensor>, LinkError> {
     let rate = request.address.number(&RATE)?;
     let calibration = fetch_calibration(SocketAddr::new(place.ip(), http), CALIBRATION_LIMIT).map_err(|error| {
         LinkError::refused(
-            format!("the Net Box at {} does not tell its calibration: {error}", place.ip()),
-            "is it switched on, and is its HTTP port 80? otherwise write netft://HOST?http=PORT",
+            format!("the Net Box at {} does not report its calibration: {error}", place.ip()),
+            "switch it on; if its HTTP port is not 80, write netft://HOST?http=PORT",
         )
     })?;
     check_box(&calibration, request.context.station, request.context.report)?;
@@ -61,7 +61,7 @@ fn sensor(request: &LinkRequest) -> Result<Box<dyn ForceSensor>, LinkError> {
     Ok(Box::new(NetFt::start(bind(anywhere())?, settings)?))
 }
 
-/// Whether a box is the one that the facility file describes, and sends what its sensor measures.
+/// Checks that the box is the one of the facility file, and sends untransformed measurements.
 fn check_box(calibration: &NetFtCalibration, station: &Station, report: Reporter) -> Result<(), LinkError> {
     let NetFtCalibration { product, serial, .. } = calibration;
     report(LinkNotice::Sensor { product: product.clone(), serial: serial.clone() });
@@ -72,7 +72,7 @@ fn check_box(calibration: &NetFtCalibration, station: &Station, report: Reporter
         return Err(LinkError::refused(what, remedy));
     }
     if let (true, Some(transform)) = (calibration.is_transformed(), calibration.transform) {
-        let what = format!("the Net Box shifts or turns what it sends by its tool transformation {transform:?}");
+        let what = format!("the Net Box transforms its measurements by its tool transformation {transform:?}");
         let remedy = "set the transformation of its active configuration to zero; the frame of the sensor is \
                       position and rotation of [sensor] in the facility file";
         return Err(LinkError::refused(what, remedy));
@@ -92,7 +92,7 @@ fn sensor_box(address: &LinkAddress) -> Result<EmulatedEnd<dyn SensorBox>, LinkE
     let server = CalibrationServer::start(SocketAddr::new(place.ip(), http), &calibration).map_err(|error| {
         LinkError::refused(
             format!("cannot serve HTTP on port {http}: {error}"),
-            "write another one: netft://BIND?http=8080",
+            "select another port: netft://BIND?http=8080",
         )
     })?;
     let period = Nanos::from_seconds(1.0 / rate.clamp(1.0, 1e4));

@@ -1,4 +1,4 @@
-//! What the table of protocols holds of each: addresses, defaults, who may be armed, how both sides are built.
+//! Rows of the protocol table: addresses, defaults, arming, constructors of both sides.
 
 use super::address::{LinkAddress, LinkOption};
 use super::error::LinkError;
@@ -14,62 +14,62 @@ use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
 use std::rc::Rc;
 
-/// Who begins to speak on a link.
+/// Side that opens the communication.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reach {
-    /// There is no link: the device is emulated in this process.
+    /// No link: the device is emulated in this process.
     InProcess,
-    /// We listen at the address, and the controller sends there. It must be known by its host before it is armed.
+    /// We listen at the address, and the controller sends there. Arming requires that its host is known.
     Listens,
     /// We send to the address.
     Connects,
 }
 
 impl Reach {
-    /// Why a robot may not be armed until it is known by its host; `None` if its address names it.
+    /// Returns why a robot may not be armed before its host is known; `None` if its address names it.
     pub fn unarmed_until_known(self) -> Option<&'static str> {
         match self {
-            Self::Listens => Some("would take commands from whoever answers first"),
+            Self::Listens => Some("has no controller address: any host on the network could answer first"),
             Self::InProcess | Self::Connects => None,
         }
     }
 }
 
-/// An address of a protocol as a help text shows it.
+/// An address form of a protocol in a help text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Usage {
-    /// The part behind `scheme://`; `{key}` stands for the default of an option.
+    /// Text after `scheme://`; `{key}` stands for the default of an option.
     pub address: &'static str,
-    /// What it stands for.
+    /// Meaning.
     pub meaning: &'static str,
 }
 
 /// A protocol: one row of [`PROTOCOLS`](super::PROTOCOLS).
 #[derive(Debug)]
 pub struct ProtocolRow {
-    /// The part of an address before `://`.
+    /// Text of an address before `://`.
     pub scheme: &'static str,
-    /// Who begins to speak.
+    /// Side that opens the communication.
     pub reach: Reach,
-    /// Port if the address has none; `None` for protocols without ports.
+    /// Default port; `None` for protocols without ports.
     pub port: Option<u16>,
-    /// Options of an address, with their defaults; a robot's cycle is among them.
+    /// Options of an address, with their defaults; includes a robot's cycle.
     pub options: &'static [LinkOption],
-    /// Addresses of our side, for the help of `softdock drive`.
+    /// Address forms of our side, for the help of `softdock drive`.
     pub usage: &'static [Usage],
-    /// Addresses of the emulated side, for the help of `softdock emulate`.
+    /// Address forms of the emulated side, for the help of `softdock emulate`.
     pub emulated_usage: &'static [Usage],
-    /// Opens our link to a robot, if the protocol is one of robots.
+    /// Opens our link to a robot, if this is a robot protocol.
     pub robot: Option<OpenRobot>,
-    /// Opens our link to a sensor, if the protocol is one of sensors.
+    /// Opens our link to a sensor, if this is a sensor protocol.
     pub sensor: Option<OpenSensor>,
     /// Builds the emulated controller of a robot.
     pub emulated_robot: Option<EmulateRobot>,
     /// Builds the emulated electronics of a sensor.
     pub emulated_sensor: Option<EmulateSensor>,
-    /// Writes the configuration that a real controller needs for an address: file name behind `robotN_`, and text.
+    /// Creates the configuration file that a real controller needs for an address: name after `robotN_`, and text.
     pub configuration: Option<WriteConfiguration>,
-    /// Its links open after all others: its devices want frames from then on.
+    /// Whether its links open after all others: its devices need frames from then on.
     pub opens_last: bool,
 }
 
@@ -77,50 +77,50 @@ pub struct ProtocolRow {
 pub type OpenRobot = fn(&LinkRequest) -> Result<Box<dyn RobotLink>, LinkError>;
 /// Opens a link to a sensor.
 pub type OpenSensor = fn(&LinkRequest) -> Result<Box<dyn ForceSensor>, LinkError>;
-/// Builds an emulated controller; the flag states whether its robot stands on a rail.
+/// Builds an emulated controller; the flag states whether its robot has a rail.
 pub type EmulateRobot = fn(&LinkAddress, bool, Reporter) -> Result<EmulatedEnd<dyn EmulatedController>, LinkError>;
 /// Builds the electronics of an emulated sensor.
 pub type EmulateSensor = fn(&LinkAddress) -> Result<EmulatedEnd<dyn SensorBox>, LinkError>;
-/// Writes a controller's configuration for an address; the flag states whether its robot stands on a rail.
+/// Creates a controller's configuration for an address; the flag states whether its robot has a rail.
 pub type WriteConfiguration = fn(&LinkAddress, bool, Reporter) -> Result<(&'static str, String), LinkError>;
-/// Takes what an opening reports.
+/// Receives the notices of an opening.
 pub type Reporter<'a> = &'a dyn Fn(LinkNotice);
 
-/// What all links of a session are opened with.
+/// Context of the links of a session.
 pub struct LinkContext<'a> {
-    /// The commands will move real robots.
+    /// Whether the commands will move real robots.
     pub armed: bool,
     /// The facility.
     pub station: &'a Station,
-    /// The facility in this process, if some device is emulated.
+    /// The facility in this process, if a device is emulated.
     pub bench: Option<&'a Rc<RefCell<InProcessRig>>>,
-    /// Takes what the opening reports.
+    /// Receives the notices of an opening.
     pub report: Reporter<'a>,
 }
 
-/// What one link is opened with.
+/// Context of one link.
 pub struct LinkRequest<'a> {
     /// The address.
     pub address: &'a LinkAddress,
-    /// Robot 1 or 2 (0 or 1 here); 0 for the sensor.
+    /// Robot 0 or 1; 0 for the sensor.
     pub index: usize,
-    /// What it shares with the other links.
+    /// Context shared with the other links.
     pub context: &'a LinkContext<'a>,
 }
 
 impl LinkRequest<'_> {
-    /// The only host whose reports are taken: of the address, or of the facility file.
+    /// Returns the only accepted host: of the address, or of the facility file.
     pub(super) fn known_host(&self) -> Result<Option<IpAddr>, LinkError> {
         known_host(self.address, self.context.station, self.index)
     }
 
-    /// Whether the robot stands on a rail.
+    /// Whether the robot has a rail.
     pub(super) fn rail(&self) -> bool {
         self.context.station.rail && self.index == 0
     }
 }
 
-/// The only host that a robot (0 or 1) may speak from: of its address, or of the facility file.
+/// Returns the only accepted host of robot 0 or 1: of its address, or of the facility file.
 pub(super) fn known_host(address: &LinkAddress, station: &Station, index: usize) -> Result<Option<IpAddr>, LinkError> {
     let named = station.robots[index].address.as_ref().and_then(|address| address.parse().ok());
     Ok(address.from()?.or(named))
@@ -128,26 +128,26 @@ pub(super) fn known_host(address: &LinkAddress, station: &Station, index: usize)
 
 /// The emulated side of a link.
 pub struct EmulatedEnd<T: ?Sized> {
-    /// The controller or the electronics.
+    /// Controller or sensor electronics.
     pub device: Box<T>,
-    /// The port that it speaks from.
+    /// Its port.
     pub port: UdpPort,
-    /// A server beside the port; it ends when this is dropped.
+    /// A server beside the port; it ends on drop.
     pub server: Option<Box<dyn Any>>,
 }
 
 impl ProtocolRow {
-    /// An option by its key.
+    /// Returns an option by its key.
     pub fn option(&self, key: &str) -> Option<&'static LinkOption> {
         self.options.iter().find(|option| option.key == key)
     }
 
-    /// The addresses of our side, as lines `scheme://...   meaning`.
+    /// Returns the addresses of our side, as lines `scheme://...   meaning`.
     pub fn usage_lines(&self) -> Vec<String> {
         self.lines(self.usage)
     }
 
-    /// The addresses of the emulated side, as lines `scheme://...   meaning`.
+    /// Returns the addresses of the emulated side, as lines `scheme://...   meaning`.
     pub fn emulated_usage_lines(&self) -> Vec<String> {
         self.lines(self.emulated_usage)
     }
@@ -163,17 +163,17 @@ impl ProtocolRow {
     }
 }
 
-/// What the opening of a link reports besides its result.
+/// Notice of a link's opening.
 #[derive(Clone, Debug, PartialEq)]
 pub enum LinkNotice {
-    /// The sensor that has answered.
+    /// The sensor's identification.
     Sensor {
         /// Product.
         product: String,
         /// Serial number, if it states one.
         serial: Option<String>,
     },
-    /// A controller's file sends to another port than the address has.
+    /// A controller's file has another port than the address.
     OtherPort {
         /// The controller's file.
         file: PathBuf,
@@ -189,7 +189,7 @@ pub enum LinkNotice {
         /// Axis, from 1.
         axis: usize,
     },
-    /// The sensor saturates before the session's limits are met.
+    /// The sensor saturates below the session's limits.
     SaturatesFirst {
         /// Limits of force \[N\] and moment \[N m\].
         limits: [f64; 2],
@@ -199,7 +199,7 @@ pub enum LinkNotice {
 }
 
 impl LinkNotice {
-    /// Whether it is something to beware of.
+    /// Whether the notice is a warning.
     pub fn is_warning(&self) -> bool {
         match self {
             Self::Sensor { .. } => false,
@@ -233,17 +233,17 @@ impl fmt::Display for LinkNotice {
 /// Listens on a local address.
 pub(super) fn bind(address: SocketAddr) -> Result<UdpPort, LinkError> {
     UdpPort::bind(address).map_err(|error| {
-        let remedy = "another program has this port, or the address is not of this machine: `ss -lunp` shows who";
+        let remedy = "another program uses this port, or the address does not belong to this machine: `ss -lunp` lists the programs";
         LinkError::refused(format!("cannot listen on {address}: {error}"), remedy)
     })
 }
 
-/// Any free port of this machine.
+/// Binds any free port of this machine.
 pub(super) fn anywhere() -> SocketAddr {
     SocketAddr::from((Ipv4Addr::UNSPECIFIED, 0))
 }
 
-/// Any free port from which an address can be reached; nobody from outside reaches the one towards this machine itself.
+/// Binds any free port from which an address can be reached; for an address of this machine, on loopback only.
 pub(super) fn towards(address: SocketAddr) -> SocketAddr {
     if address.ip().is_loopback() { SocketAddr::new(address.ip(), 0) } else { anywhere() }
 }

@@ -32,7 +32,7 @@ pub(super) const ROW: ProtocolRow = ProtocolRow {
         },
         Usage {
             address: "BIND:PORT?tags=FILE[&torque=NAME&...]",
-            meaning: "the same, with the tag map of the controller's own rsi_ethernet.xml",
+            meaning: "KUKA RSI, with the tag map of the controller's own rsi_ethernet.xml",
         },
     ],
     emulated_usage: &[
@@ -42,7 +42,7 @@ pub(super) const ROW: ProtocolRow = ProtocolRow {
         },
         Usage {
             address: "HOST:PORT?tags=FILE[&torque=NAME&...]",
-            meaning: "the same, with the tag map of an rsi_ethernet.xml",
+            meaning: "sends there, with the tag map of an rsi_ethernet.xml",
         },
     ],
     robot: Some(robot),
@@ -69,20 +69,20 @@ fn controller(
     Ok(EmulatedEnd { device: Box::new(Krc::new(settings)), port: bind(towards(client))?, server: None })
 }
 
-/// The `rsi_ethernet.xml` of a controller that sends to an address.
+/// Returns the `rsi_ethernet.xml` of a controller that sends to an address.
 fn configuration(address: &LinkAddress, rail: bool, report: Reporter) -> Result<(&'static str, String), LinkError> {
     let tags = tag_map(address, rail, report)?;
     Ok(("rsi_ethernet.xml", rsi_ethernet(&tags, address.socket(RSI_PORT)?)))
 }
 
-/// The tag map that an address asks for: the controller's own file, or one of the usual ones.
+/// Returns the tag map of an address: of the controller's own file, or a predefined one.
 fn tag_map(address: &LinkAddress, rail: bool, report: Reporter) -> Result<TagMap, LinkError> {
     let mode: String = address.option(&MODE)?.unwrap_or_else(|| "absolute".to_owned());
     let mode = match mode.as_str() {
         "absolute" => Correction::Absolute,
         "relative" => Correction::Relative,
         _ => {
-            let what = format!("`mode={mode}` is no kind of correction");
+            let what = format!("`mode={mode}` is not a kind of correction");
             return Err(LinkError::address(what, "write mode=absolute or mode=relative"));
         }
     };
@@ -92,13 +92,13 @@ fn tag_map(address: &LinkAddress, rail: bool, report: Reporter) -> Result<TagMap
     if let Some(file) = file {
         if let Some(kind) = kind {
             let what = format!("`type={kind}` beside `tags={}`", file.display());
-            return Err(LinkError::address(what, "leave type away: SENTYPE of the file says it"));
+            return Err(LinkError::address(what, "remove type: SENTYPE of the file states it"));
         }
         let expected = RsiExpectation { mode, cycle, rail, torque: torque.as_deref() };
         return tag_map_of(&file, address, &expected, report);
     }
     if let Some(torque) = torque {
-        let what = format!("`torque={torque}` names an element of no file");
+        let what = format!("`torque={torque}` names an element, but no file is given");
         return Err(LinkError::address(what, "add tags=rsi_ethernet.xml"));
     }
     let kind = kind.unwrap_or_else(|| "ImFree".to_owned());
@@ -107,14 +107,14 @@ fn tag_map(address: &LinkAddress, rail: bool, report: Reporter) -> Result<TagMap
         "KROSHU" => TagMap::kroshu(),
         _ => {
             let remedy = "write type=ImFree, type=KROSHU, or tags=FILE with the controller's rsi_ethernet.xml";
-            return Err(LinkError::address(format!("`type={kind}` is no known tag map"), remedy));
+            return Err(LinkError::address(format!("`type={kind}` is not a known tag map"), remedy));
         }
     };
     let tags = TagMap { mode, cycle, ..tags };
     Ok(if rail { tags.with_rail() } else { tags })
 }
 
-/// The tag map of a controller's file; a warning if the file sends to another port.
+/// Reads the tag map of a controller's file; warns if the file has another port.
 fn tag_map_of(
     file: &Path,
     address: &LinkAddress,

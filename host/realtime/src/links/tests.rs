@@ -1,12 +1,12 @@
-//! Tests of the table: every scheme is parsed, refuses options that it does not have, and is described.
+//! Tests of the protocol table.
 
 use super::*;
 use std::collections::BTreeSet;
 
-/// Reads an address on one of the two sides.
+/// Parses an address on one of the two sides.
 type Read = fn(&str) -> Result<CheckedAddress, LinkError>;
 
-/// The ways in which a row's addresses are read.
+/// Returns the parsers of a row's addresses.
 fn readers(row: &ProtocolRow) -> Vec<Read> {
     let readers: [(bool, Read); 4] = [
         (row.robot.is_some(), CheckedAddress::robot),
@@ -18,9 +18,9 @@ fn readers(row: &ProtocolRow) -> Vec<Read> {
 }
 
 #[test]
-fn every_scheme_is_parsed_and_refuses_options_that_it_does_not_have() {
+fn every_scheme_parses_and_refuses_unknown_options() {
     for row in PROTOCOLS {
-        assert!(!readers(row).is_empty(), "{} is a protocol of nothing", row.scheme);
+        assert!(!readers(row).is_empty(), "{} has neither robot nor sensor", row.scheme);
         for read in readers(row) {
             let checked = read(&format!("{}://127.0.0.1", row.scheme)).expect("an address");
             assert_eq!(checked.row().scheme, row.scheme);
@@ -34,16 +34,16 @@ fn every_scheme_is_parsed_and_refuses_options_that_it_does_not_have() {
 }
 
 #[test]
-fn an_unknown_scheme_is_refused_with_the_known_ones() {
+fn unknown_scheme_is_refused_with_a_list_of_known_ones() {
     let remedy = |refused: Result<CheckedAddress, LinkError>| {
         let refused = refused.expect_err("no such protocol");
-        assert!(refused.to_string().starts_with("`modbus://` is no "), "{refused}");
+        assert!(refused.to_string().starts_with("`modbus://` is not a "), "{refused}");
         refused.remedy().expect("a remedy").to_owned()
     };
     let address = "modbus://127.0.0.1";
-    let robots = "robots speak rsi://, egm://, fanuc://, ethercat:// or are emulated://";
+    let robots = "robot protocols are rsi://, egm://, fanuc://, ethercat:// or are emulated://";
     assert_eq!(remedy(CheckedAddress::robot(address)), robots);
-    assert_eq!(remedy(CheckedAddress::sensor(address)), "sensors speak netft:// or are emulated://");
+    assert_eq!(remedy(CheckedAddress::sensor(address)), "sensor protocols are netft:// or are emulated://");
     assert_eq!(remedy(CheckedAddress::emulated_robot(address)), "write rsi://, egm:// or fanuc://");
     assert_eq!(remedy(CheckedAddress::emulated_sensor(address)), "write netft://");
 }
@@ -70,7 +70,7 @@ fn rows_are_complete_and_their_help_shows_the_defaults() {
 }
 
 #[test]
-fn cycles_are_those_of_the_address_or_of_the_protocol() {
+fn cycle_comes_from_the_address_or_the_protocol() {
     for (address, millis) in [
         ("emulated://", 1),
         ("ethercat://eth0", 1),
@@ -85,7 +85,7 @@ fn cycles_are_those_of_the_address_or_of_the_protocol() {
 }
 
 #[test]
-fn a_controller_that_calls_us_is_armed_only_if_its_host_is_known() {
+fn calling_controller_is_armed_only_if_its_host_is_known() {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../campaigns/facilities/reference.toml");
     let mut station = Station::load(std::path::Path::new(path)).expect("the facility");
     let all = |robot: &str| {
@@ -95,8 +95,11 @@ fn a_controller_that_calls_us_is_armed_only_if_its_host_is_known() {
     station.robots[0].address = None;
     let refused = check_arming(&all("emulated://"), &station).expect_err("nothing is real").to_string();
     assert!(refused.contains("all links are emulated"), "{refused}");
-    let refused = check_arming(&all("rsi://0.0.0.0"), &station).expect_err("nobody is named").to_string();
-    assert!(refused.contains("robot 1 would take commands from whoever answers first"), "{refused}");
+    let refused = check_arming(&all("rsi://0.0.0.0"), &station).expect_err("no host is named").to_string();
+    assert!(
+        refused.contains("robot 1 has no controller address: any host on the network could answer first"),
+        "{refused}"
+    );
     assert!(check_arming(&all("rsi://0.0.0.0?from=10.0.0.7"), &station).is_ok());
     assert!(check_arming(&all("fanuc://10.0.0.7"), &station).is_ok());
     // A network interface names no host.

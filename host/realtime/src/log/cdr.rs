@@ -1,24 +1,24 @@
-//! Common Data Representation, little-endian: how ROS 2 puts a message into bytes (OMG DDS-RTPS 10, XCDR1).
+//! Common Data Representation, little-endian: the serialisation of ROS 2 messages (OMG DDS-RTPS 10, XCDR1).
 //!
-//! A number stands at a multiple of its size, counted behind the four bytes of the encapsulation header.
+//! A number is aligned to a multiple of its size, counted from the end of the encapsulation header of four bytes.
 
 /// Encapsulation header: little-endian, no options.
 const HEADER: [u8; 4] = [0, 1, 0, 0];
 
-/// Writes messages into one buffer, again and again.
+/// Writes messages into one reused buffer.
 #[derive(Debug, Default)]
 pub struct Encoder {
     bytes: Vec<u8>,
 }
 
 impl Encoder {
-    /// Starts a message; the buffer keeps its memory.
+    /// Starts a message; the buffer keeps its capacity.
     pub fn start(&mut self) {
         self.bytes.clear();
         self.bytes.extend_from_slice(&HEADER);
     }
 
-    /// The message so far.
+    /// Returns the message so far.
     pub fn bytes(&self) -> &[u8] {
         &self.bytes
     }
@@ -29,32 +29,32 @@ impl Encoder {
         self.bytes.extend_from_slice(&bytes);
     }
 
-    /// `uint32`, or the length of a sequence.
+    /// Writes a `uint32`, or the length of a sequence.
     pub fn u32(&mut self, value: u32) {
         self.number(value.to_le_bytes());
     }
 
-    /// `int32`.
+    /// Writes an `int32`.
     pub fn i32(&mut self, value: i32) {
         self.number(value.to_le_bytes());
     }
 
-    /// `uint64`.
+    /// Writes a `uint64`.
     pub fn u64(&mut self, value: u64) {
         self.number(value.to_le_bytes());
     }
 
-    /// `int64`.
+    /// Writes an `int64`.
     pub fn i64(&mut self, value: i64) {
         self.number(value.to_le_bytes());
     }
 
-    /// `float64`, bit by bit.
+    /// Writes a `float64`, bit by bit.
     pub fn f64(&mut self, value: f64) {
         self.number(value.to_le_bytes());
     }
 
-    /// `string`: its length with the closing zero, its bytes, the zero.
+    /// Writes a `string`: its length with the closing zero, its bytes, the zero.
     pub fn string(&mut self, text: &str) {
         self.u32(text.len() as u32 + 1);
         self.bytes.extend_from_slice(text.as_bytes());
@@ -62,7 +62,7 @@ impl Encoder {
     }
 }
 
-/// Reads a message; whatever the bytes are, it gives `None` instead of reading past their end.
+/// Reads a message; returns `None` instead of reading past the end of arbitrary bytes.
 #[derive(Clone, Debug)]
 pub struct Decoder<'a> {
     body: &'a [u8],
@@ -70,7 +70,7 @@ pub struct Decoder<'a> {
 }
 
 impl<'a> Decoder<'a> {
-    /// A message of little-endian bytes.
+    /// Opens a message of little-endian bytes.
     pub fn new(message: &'a [u8]) -> Option<Self> {
         let (header, body) = message.split_at_checked(HEADER.len())?;
         (header[..2] == HEADER[..2]).then_some(Self { body, at: 0 })
@@ -83,32 +83,32 @@ impl<'a> Decoder<'a> {
         bytes.try_into().ok()
     }
 
-    /// `uint32`, or the length of a sequence.
+    /// Reads a `uint32`, or the length of a sequence.
     pub fn u32(&mut self) -> Option<u32> {
         self.number().map(u32::from_le_bytes)
     }
 
-    /// `int32`.
+    /// Reads an `int32`.
     pub fn i32(&mut self) -> Option<i32> {
         self.number().map(i32::from_le_bytes)
     }
 
-    /// `uint64`.
+    /// Reads a `uint64`.
     pub fn u64(&mut self) -> Option<u64> {
         self.number().map(u64::from_le_bytes)
     }
 
-    /// `int64`.
+    /// Reads an `int64`.
     pub fn i64(&mut self) -> Option<i64> {
         self.number().map(i64::from_le_bytes)
     }
 
-    /// `float64`, bit by bit.
+    /// Reads a `float64`, bit by bit.
     pub fn f64(&mut self) -> Option<f64> {
         self.number().map(f64::from_le_bytes)
     }
 
-    /// `string`, without its closing zero.
+    /// Reads a `string`, without its closing zero.
     pub fn string(&mut self) -> Option<&'a str> {
         let length = self.u32()? as usize;
         let bytes = self.body.get(self.at..self.at.checked_add(length)?)?;
@@ -116,7 +116,7 @@ impl<'a> Decoder<'a> {
         std::str::from_utf8(bytes.strip_suffix(&[0])?).ok()
     }
 
-    /// True at the end of the message.
+    /// Whether the message is read to its end.
     pub fn is_empty(&self) -> bool {
         self.at == self.body.len()
     }
@@ -126,7 +126,7 @@ impl<'a> Decoder<'a> {
 mod tests {
     use super::*;
 
-    /// A WrenchStamped as `rclcpp` serialises it, byte by byte: header, padding behind the string, six doubles.
+    /// A WrenchStamped as serialised by `rclcpp`: header, padding after the string, six doubles.
     #[test]
     fn golden_bytes() {
         let mut message = Encoder::default();
@@ -149,7 +149,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_written_is_read() {
+    fn written_values_are_read_back() {
         let mut message = Encoder::default();
         message.start();
         message.string("a string");
@@ -171,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn a_message_that_ends_early_or_lies_about_a_length_gives_nothing() {
+    fn truncated_message_and_false_length_give_none() {
         let mut message = Encoder::default();
         message.start();
         message.string("text");

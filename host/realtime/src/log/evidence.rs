@@ -1,7 +1,7 @@
-//! What a stop leaves behind: its cause, the limits in force, the clock used, and the last seconds of all signals.
+//! Evidence of a stop: its cause, the limits in force, the clock used, and the last seconds of all signals.
 //!
-//! The records stand in memory that was taken before the drive began, apart from the log and its thread, so that they
-//! are there even if the log is slow, full or broken.
+//! The records are in memory allocated before the session began, apart from the log and its thread: they exist even if
+//! the log is slow, full or broken.
 
 use super::codes::StopCause;
 use super::record::CycleRecord;
@@ -10,32 +10,32 @@ use crate::time::Nanos;
 use std::fmt::Write as _;
 use std::io::{self, Write};
 
-/// What stands above the signals.
+/// Header above the signals.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Circumstances {
-    /// The limits in force, line by line as they were printed before arming.
+    /// The limits in force, line by line as printed before arming.
     pub limits: String,
-    /// The clock that gave the beat (`CLOCK_MONOTONIC, SCHED_FIFO 80`, `virtual`).
+    /// The clock of the cycle (`CLOCK_MONOTONIC, SCHED_FIFO 80`, `virtual`).
     pub clock: String,
-    /// What else helps: words of the fault, versions.
+    /// Further facts: text of the fault, versions.
     pub remarks: String,
 }
 
-/// The last records, and the one that stopped.
+/// The last records, and the one of the stop.
 pub struct EvidenceBuffer {
     ring: Box<[CycleRecord]>,
     pushed: u64,
     stop: Option<(StopCause, u64, Nanos)>,
-    /// Records that may still come after the stop.
+    /// Number of records still accepted after the stop.
     after: u64,
 }
 
-/// What follows a stop is kept for this share of what came before it: enough to see the ramp begin.
+/// Share of the span recorded after the stop: enough to show the begin of the ramp.
 const AFTER: usize = 8;
 
 impl EvidenceBuffer {
-    /// Memory for `span` of records before a stop, one each `cycle`, and an eighth of it after; all of it is touched
-    /// here.
+    /// Allocates memory for `span` of records before a stop, one each `cycle`, and an eighth of it after; touches all
+    /// of it.
     pub fn new(span: Nanos, cycle: Nanos) -> Self {
         let records = (span.0 / cycle.0.max(1)).max(1) as usize;
         let after = records / AFTER;
@@ -43,9 +43,9 @@ impl EvidenceBuffer {
         Self { ring, pushed: 0, stop: None, after: after as u64 }
     }
 
-    /// Takes a cycle's record; one with a cause is the stop. Copies it and nothing else.
+    /// Takes a cycle's record; one with a cause is the stop. Only copies it.
     ///
-    /// The first records after the stop are still taken, then no more.
+    /// Takes the first records after the stop, then no more.
     pub fn push(&mut self, record: &CycleRecord) {
         if self.stop.is_some() {
             if self.after == 0 {
@@ -60,22 +60,23 @@ impl EvidenceBuffer {
         self.pushed += 1;
     }
 
-    /// Cause, cycle and time since the start of the stop, once there is one.
+    /// Returns cause, cycle and time since the start of the stop.
     pub fn stop(&self) -> Option<(StopCause, u64, Nanos)> {
         self.stop
     }
 
-    /// The records, oldest first.
+    /// Returns the records, oldest first.
     pub fn records(&self) -> impl Iterator<Item = &CycleRecord> {
-        let kept = self.ring.len();
+        let length = self.ring.len();
         let (newer, older) = match usize::try_from(self.pushed) {
-            Ok(pushed) if pushed < kept => (&self.ring[..pushed], &self.ring[..0]),
-            _ => self.ring.split_at((self.pushed % kept as u64) as usize),
+            Ok(pushed) if pushed < length => (&self.ring[..pushed], &self.ring[..0]),
+            _ => self.ring.split_at((self.pushed % length as u64) as usize),
         };
         older.iter().chain(newer)
     }
 
-    /// Writes all of it as text: lines with `#`, then CSV with a line of names; blank is empty. Not for the cycle.
+    /// Writes the evidence as text: lines with `#`, then CSV with a header line; missing values are empty. Not for the
+    /// cycle.
     ///
     /// # Errors
     /// If the medium cannot be written.
@@ -88,7 +89,7 @@ impl EvidenceBuffer {
                 writeln!(out, "# cycle: {cycle}")?;
                 writeln!(out, "# time_s: {:.9}", time.seconds())?;
             }
-            None => writeln!(out, "# cause: none noted")?,
+            None => writeln!(out, "# cause: none")?,
         }
         for (name, text) in [
             ("clock", &circumstances.clock),
@@ -110,7 +111,7 @@ impl EvidenceBuffer {
     }
 }
 
-/// One line of CSV. Reals are written so that they read back as the same number.
+/// Writes one line of CSV. Real numbers round-trip exactly.
 fn row(line: &mut String, columns: &[LogColumn], values: &[LogValue]) {
     line.clear();
     for (place, (column, value)) in columns.iter().zip(values).enumerate() {
@@ -149,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn the_last_two_seconds_before_a_stop_and_what_followed_are_kept() {
+    fn records_around_a_stop_are_kept() {
         let mut evidence = EvidenceBuffer::new(Nanos::from_millis(2_000), CYCLE);
         (0..5_000).for_each(|n| evidence.push(&sample::cycle(n)));
         (5_000..9_000).for_each(|n| evidence.push(&sample::stopping(n)));
@@ -159,7 +160,7 @@ mod tests {
     }
 
     #[test]
-    fn the_text_names_cause_cycle_limits_and_clock_and_holds_every_column() {
+    fn text_states_cause_limits_clock_and_every_column() {
         let mut evidence = EvidenceBuffer::new(Nanos::from_millis(10), CYCLE);
         (0..3).for_each(|n| evidence.push(&sample::cycle(n)));
         evidence.push(&sample::stopping(3));
@@ -191,11 +192,11 @@ mod tests {
     }
 
     #[test]
-    fn evidence_of_a_short_or_quiet_drive() {
+    fn evidence_of_a_short_session_and_without_a_stop() {
         let mut evidence = EvidenceBuffer::new(Nanos::from_millis(2_000), CYCLE);
         assert_eq!(evidence.records().count(), 0);
         (0..7).for_each(|n| evidence.push(&sample::cycle(n)));
         assert_eq!(evidence.records().map(|record| record.cycle).collect::<Vec<_>>(), (0..7).collect::<Vec<_>>());
-        assert!(text(&evidence).contains("# cause: none noted"));
+        assert!(text(&evidence).contains("# cause: none"));
     }
 }

@@ -1,4 +1,4 @@
-//! Records as columns, for tables: the values of many cycles, signal by signal.
+//! Converts records to columns: the values of many cycles, signal by signal.
 
 use super::record::CycleRecord;
 use super::table::{LogColumn, LogValue, Type, columns, store};
@@ -6,15 +6,15 @@ use super::table::{LogColumn, LogValue, Type, columns, store};
 /// The values of one column, one per cycle.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Cells {
-    /// Real numbers; NaN where there is none.
+    /// Real numbers; NaN where missing.
     Real(Vec<f64>),
-    /// Whole numbers with a sign.
+    /// Signed integers.
     Signed(Vec<i64>),
-    /// Whole numbers.
+    /// Unsigned integers.
     Whole(Vec<u64>),
-    /// Short whole numbers.
+    /// Short unsigned integers.
     Word(Vec<u32>),
-    /// Positions in a vocabulary.
+    /// Indices into an enumeration.
     Code(&'static [&'static str], Vec<u32>),
 }
 
@@ -39,7 +39,7 @@ impl Cells {
     }
 }
 
-/// Every column with the records' values, in the order of the table.
+/// Returns every column with the records' values, in the order of the table.
 pub fn cells(records: &[CycleRecord]) -> Vec<(LogColumn, Cells)> {
     let columns = columns::<CycleRecord>();
     let mut cells: Vec<Cells> = columns.iter().map(|column| Cells::with_capacity(column.kind, records.len())).collect();

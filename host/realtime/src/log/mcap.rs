@@ -1,7 +1,7 @@
-//! Records to an MCAP file that ROS 2 tools open, and that is readable up to the last chunk if the writer is killed.
+//! Writes records to an MCAP file that ROS 2 tools open; after a kill it is readable up to the last chunk.
 //!
-//! Profile `ros2`, messages in CDR, definitions in `ros2msg`; the run's configuration as attachments, its provenance
-//! as the metadata record `softdock`. Each flush closes a chunk, which the operating system then has whole.
+//! Profile `ros2`, messages in CDR, definitions in `ros2msg`; the run's configuration as attachments, its provenance as
+//! the metadata record `softdock`. Each flush closes a chunk, which is then complete at the operating system.
 
 use super::cdr::Encoder;
 use super::record::CycleRecord;
@@ -22,30 +22,30 @@ use std::path::Path;
 /// Name of the metadata record with the provenance.
 pub const PROVENANCE: &str = "softdock";
 
-/// A chunk is closed at this size of its messages even before its second is over: readers hold a chunk in memory.
+/// Size at which a chunk is closed even before its second is over: readers hold a chunk in memory.
 const CHUNK_BYTES: u64 = 4 << 20;
 
-/// Why a log could not be written or read.
+/// Error of writing or reading a log.
 #[derive(Debug, thiserror::Error)]
 pub enum LogError {
-    /// The operating system refuses.
+    /// The operating system reports an error.
     #[error("the log's file: {0}")]
     Io(#[from] io::Error),
-    /// The file is no input: absent, no regular file, or too large.
+    /// The file is absent, not regular, or too large.
     #[error("the log: {0}")]
     Input(#[from] softdock_input::InputError),
     /// Not an MCAP file, or one that cannot be written.
-    #[error("the log is not a usable MCAP file: {0}")]
+    #[error("the log is not a valid MCAP file: {0}")]
     Mcap(#[from] mcap::McapError),
-    /// An MCAP file, but not a log of a drive.
-    #[error("the MCAP file is no log of a drive: {0}")]
+    /// An MCAP file without a session's log.
+    #[error("the MCAP file is not the log of a session: {0}")]
     Foreign(&'static str),
-    /// The thread that writes has failed.
+    /// The writing thread has failed.
     #[error("the thread that writes the log has failed: {0}")]
     Panicked(String),
 }
 
-/// A file kept inside the log.
+/// A file stored in the log.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Attachment {
     /// Its name (`campaign.toml`).
@@ -56,10 +56,10 @@ pub struct Attachment {
     pub data: Vec<u8>,
 }
 
-/// What a log says once, at its start.
+/// Static contents of a log, written at its start.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Setup {
-    /// Start of the drive since the Unix epoch.
+    /// Start of the session since the Unix epoch.
     pub started: Nanos,
     /// Robots, sensor and parts, for tools that draw them.
     pub scene: Option<LoggedScene>,
@@ -83,7 +83,7 @@ impl Default for Setup {
     }
 }
 
-/// What was written.
+/// Statistics of a written log.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Totals {
     /// Records.
@@ -104,7 +104,7 @@ pub struct LogFile<W: Write + Seek> {
 }
 
 impl LogFile<BufWriter<File>> {
-    /// Creates a log's file; one that is there already is left alone.
+    /// Creates a log's file; an existing one is not changed.
     ///
     /// # Errors
     /// If the file exists or cannot be written.
@@ -114,13 +114,13 @@ impl LogFile<BufWriter<File>> {
 }
 
 impl<W: Write + Seek> LogFile<W> {
-    /// A log on any medium, its start written and flushed.
+    /// Creates a log on any medium, with its start written and flushed.
     ///
     /// # Errors
     /// If the medium cannot be written.
     pub fn new(medium: W, setup: &Setup) -> Result<Self, LogError> {
-        // Level 1 costs half the time of the default level for one in a hundred bytes more, and less than to write
-        // everything as it is. No worker threads beside the cycle.
+        // Level 1 takes half the time of the default level for 1 % more bytes, and less than writing uncompressed. No
+        // worker threads in addition to the cycle.
         let options = WriteOptions::new()
             .profile("ros2")
             .library(concat!("softdock ", env!("CARGO_PKG_VERSION")))
@@ -170,7 +170,7 @@ impl<W: Write + Seek> LogFile<W> {
         self.flush()
     }
 
-    /// Writes the message that stands ready, once and for all.
+    /// Writes the message of a latched topic, once.
     fn latch(&mut self, topic: &str, schema: &schemas::Schema, time: u64) -> Result<(), LogError> {
         let id = channel(&mut self.writer, topic, schema, true)?;
         let header = MessageHeader { channel_id: id, sequence: 0, log_time: time, publish_time: time };
@@ -221,7 +221,7 @@ impl<W: Write + Seek> LogFile<W> {
     }
 }
 
-/// Registers a topic; a latched one reaches those who come later.
+/// Registers a topic; a latched one is delivered to late subscribers.
 fn channel<W: Write + Seek>(
     writer: &mut Writer<W>,
     topic: &str,
@@ -229,7 +229,7 @@ fn channel<W: Write + Seek>(
     latched: bool,
 ) -> Result<u16, LogError> {
     let id = writer.add_schema(schema.name, "ros2msg", schema.text.as_bytes())?;
-    // As rosbag2 writes it: durability 1 is transient local, 2 volatile; reliability 1 is reliable; history 1 is keep
+    // As written by rosbag2: durability 1 is transient local, 2 volatile; reliability 1 is reliable; history 1 is keep
     // last.
     let durability = if latched { 1 } else { 2 };
     let profile = format!("- history: 1\n  depth: 1\n  reliability: 1\n  durability: {durability}\n");

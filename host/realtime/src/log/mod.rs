@@ -1,9 +1,9 @@
-//! The log of a drive: every signal of the loop, written beside the cycle and readable up to the last second.
+//! The log of a session: every signal of the loop, written in parallel to the cycle and readable up to the last second.
 //!
-//! The cycle fills a [`record::CycleRecord`] and hands it to a [`writer::LogWriter`], which never blocks it; a thread
-//! of normal priority writes MCAP ([`mcap`]), and [`reader`] gives the same records back bit for bit. What a record
-//! holds is declared once, in [`record`]: the message of the topic `/hil/cycle`, the columns of the Parquet export and
-//! the reader follow from it. An [`evidence::EvidenceBuffer`] ring keeps the last seconds apart from all of that.
+//! The cycle fills a [`record::CycleRecord`] and passes it to a [`writer::LogWriter`], which never blocks it; a thread
+//! of normal priority writes MCAP ([`mcap`]), and [`reader`] restores the same records bit for bit. [`record`] declares
+//! the signals once: the message of the topic `/hil/cycle`, the columns of the Parquet export and the reader follow
+//! from it. An [`evidence::EvidenceBuffer`] keeps the last seconds independently of these.
 
 #[macro_use]
 pub mod table;

@@ -1,4 +1,4 @@
-//! A log read back: the same records bit for bit, also from a file whose writer was killed.
+//! Reads a log: restores the same records bit for bit, also from a file whose writer was killed.
 
 use super::mcap::{Attachment, LogError, PROVENANCE};
 use super::record::CycleRecord;
@@ -11,16 +11,16 @@ use std::collections::{BTreeMap, HashMap};
 use std::io::{BufReader, Read};
 use std::path::Path;
 
-/// A record of the file that claims to be longer is damage.
+/// Greatest length of a record in the file; a longer one is damage.
 const LONGEST: usize = 256 << 20;
-/// Largest log that is read into memory: hours of a session \[bytes\].
+/// Greatest size of a log that is read into memory: hours of a session \[bytes\].
 const MAX_LOG: u64 = 64 << 30;
-/// Most cycles that are read into memory: four hours at 250 Hz; a small file can expand to far more.
+/// Greatest number of cycles that are read into memory: four hours at 250 Hz; a small file can expand to far more.
 const MOST_CYCLES: usize = 4_000_000;
-/// Bytes read at a time: what a damaged length asks for is not believed at once.
+/// Bytes read at a time: a damaged length must not allocate at once.
 const READ_BYTES: usize = 1 << 20;
 
-/// What a log said at its start.
+/// Static contents of a log.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Prologue {
     /// URDF of the robots.
@@ -34,22 +34,22 @@ pub struct Prologue {
 /// A whole log in memory.
 #[derive(Clone, Debug)]
 pub struct Log {
-    /// What it said at its start.
+    /// Static contents.
     pub prologue: Prologue,
     /// Its records, in the order of the cycles.
     pub records: Vec<CycleRecord>,
-    /// Why the file ends early, if it does: the records are those of all chunks before that place.
+    /// Why the file ends early, if it does: the records are those of all chunks before that position.
     pub ends_early: Option<String>,
 }
 
-/// Where a channel's messages go.
+/// Destination of a channel's messages.
 #[derive(Clone, Copy)]
 enum Target {
     Topic(usize),
     Description,
 }
 
-/// Reads a log record by record, so that memory stays flat in the length of the drive.
+/// Reads a log record by record, in constant memory.
 pub struct LogReader<R> {
     source: R,
     linear: LinearReader,
@@ -68,7 +68,7 @@ pub struct LogReader<R> {
 /// Reads a whole log.
 ///
 /// # Errors
-/// If the file cannot be read or is no log of a drive; one that ends early is no error.
+/// If the file cannot be read or is not the log of a session; a file that ends early is no error.
 pub fn read_log(path: &Path) -> Result<Log, LogError> {
     let mut reader = LogReader::new(BufReader::new(softdock_input::open(path, MAX_LOG)?));
     let records = reader.by_ref().take(MOST_CYCLES + 1).collect::<Result<Vec<_>, _>>()?;
@@ -79,7 +79,7 @@ pub fn read_log(path: &Path) -> Result<Log, LogError> {
 }
 
 impl<R: Read> LogReader<R> {
-    /// A log from its bytes.
+    /// Opens a log from its bytes.
     pub fn new(source: R) -> Self {
         let options =
             LinearReaderOptions::default().with_prevalidate_chunk_crcs(true).with_record_length_limit(LONGEST);
@@ -101,12 +101,12 @@ impl<R: Read> LogReader<R> {
         }
     }
 
-    /// What the log said at its start, as far as it has been read: whole once the first record is.
+    /// Returns the static contents, as far as read; complete once the first record is read.
     pub fn prologue(&self) -> &Prologue {
         &self.prologue
     }
 
-    /// Why the file ended early, once all records are read.
+    /// Returns why the file ended early, once all records are read.
     pub fn ends_early(&self) -> Option<&str> {
         self.ends_early.as_deref()
     }
@@ -140,7 +140,7 @@ impl<R: Read> LogReader<R> {
         Ok(None)
     }
 
-    /// Ends at a place that cannot be read; a file that never was MCAP is an error.
+    /// Ends at an unreadable position; a file without any MCAP record is an error.
     fn end(&mut self, error: McapError) -> Result<(), LogError> {
         self.over = true;
         if !self.begun && matches!(error, McapError::BadMagic) {
@@ -150,7 +150,7 @@ impl<R: Read> LogReader<R> {
         Ok(())
     }
 
-    /// Takes a message; true if it closes a record.
+    /// Takes a message; returns true if it closes a record.
     fn message(&mut self, channel: u16, data: &[u8]) -> Result<bool, LogError> {
         let damaged = LogError::Foreign("a message does not have the form of its topic");
         match self.channels.get(&channel) {

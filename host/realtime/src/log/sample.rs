@@ -1,4 +1,4 @@
-//! Records for the tests: a plausible drive, and values that no drive should have.
+//! Records for the tests: a plausible session, and arbitrary values.
 
 use super::codes::{LimitKind, OrderKind, Phase, StopCause, force_flags, robot_flags};
 use super::record::{CycleRecord, ForceRecord, RobotRecord};
@@ -9,10 +9,10 @@ use crate::time::Nanos;
 use softdock_kernels::space::{Motion, Wrench};
 use softdock_kernels::vector::{Pose, Quat, vec3};
 
-/// Start of the sample drive since the Unix epoch \[ns\].
+/// Start of the sample session since the Unix epoch \[ns\].
 pub(crate) const STARTED: i64 = 1_800_000_000_000_000_000;
 
-/// Record number `n` of a dry run at 1 kHz: smooth motion, a contact from half a second on.
+/// Returns record number `n` of a dry run at 1 kHz: smooth motion, a contact from half a second on.
 pub(crate) fn cycle(n: u64) -> CycleRecord {
     let time = n as f64 * 1e-3;
     let force = if time < 0.5 { 0.0 } else { 40.0 * (3.0 * (time - 0.5)).sin().max(0.0) };
@@ -94,7 +94,7 @@ fn motion(x: f64, y: f64) -> Motion<f64> {
     Motion { position, attitude, velocity: vec3(0.1, 0.0, 0.0), omega: vec3(0.0, 0.0, 0.01) }
 }
 
-/// A stop by an axis limit, as the sample's last record.
+/// Returns a stop by an axis limit, as the sample's last record.
 pub(crate) fn stopping(n: u64) -> CycleRecord {
     let mut record = cycle(n);
     record.phase = Phase::Stopping;
@@ -103,7 +103,7 @@ pub(crate) fn stopping(n: u64) -> CycleRecord {
     record
 }
 
-/// As [`cycle`], with the noise of encoders, torques and sensor that keeps a log from compressing well.
+/// Like [`cycle`], with the noise of encoders, torques and sensor, which reduces compression.
 pub(crate) fn noisy(n: u64) -> CycleRecord {
     let mut record = cycle(n);
     let mut next = mixer(n);
@@ -146,7 +146,7 @@ fn mixer(mut state: u64) -> impl FnMut() -> u64 {
     }
 }
 
-/// A record whose values are any bits at all, out of a seed: NaN with payloads, -0, infinities, blank stretches.
+/// Returns a record of arbitrary bits from a seed: NaN with payloads, -0, infinities, blank parts.
 pub(crate) fn any(seed: u64) -> CycleRecord {
     let mut next = mixer(seed);
     let mut blank = false;
@@ -179,14 +179,14 @@ fn real(choice: u64, bits: u64) -> f64 {
     }
 }
 
-/// A record's values, to compare bit by bit.
+/// Returns a record's values, for bitwise comparison.
 pub(crate) fn values(record: &CycleRecord) -> Vec<LogValue> {
     let mut out = Vec::new();
     record.write(&mut |value| out.push(value));
     out
 }
 
-/// Fails unless two lists of records are the same bit by bit.
+/// Panics unless two lists of records are equal bit by bit.
 #[track_caller]
 pub(crate) fn assert_same(read: &[CycleRecord], written: &[CycleRecord]) {
     assert_eq!(read.len(), written.len(), "records");

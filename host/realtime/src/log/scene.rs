@@ -1,7 +1,7 @@
-//! The robots of a facility for viewers: a URDF, and the transforms that place robots, sensor and parts in the laboratory.
+//! The robots of a facility for viewers: a URDF, and the transforms of robots, sensor and parts in the laboratory.
 //!
-//! Joints count as their controllers do, so that the positions of a JointState are those of the URDF. The tree has the
-//! laboratory as its root; `robot_1_part` and `robot_2_part` are the parts as the robots hold them.
+//! Joints are in controller coordinates, so that the positions of a JointState are those of the URDF. The root of the
+//! tree is the laboratory; `robot_1_part` and `robot_2_part` are the parts as held by the robots.
 
 use crate::arms::Arms;
 use crate::signals::{AXES, RAIL};
@@ -13,25 +13,25 @@ use softdock_kernels::segment::Segment;
 use softdock_kernels::vector::{Pose, Quat, Vec3, vec3};
 use std::fmt::Write;
 
-/// The frame that everything stands in.
+/// The root frame.
 pub const LABORATORY_FRAME: &str = "laboratory";
 /// The sensor's frame.
 pub const SENSOR_FRAME: &str = "ft_sensor";
 
-/// Robots, sensor and parts of a session, as a log describes them.
+/// Robots, sensor and parts of a session, as described in a log.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LoggedScene {
-    /// Both robots as one tree from the laboratory on.
+    /// Both robots as one tree.
     pub urdf: String,
-    /// Frames that stand still in their parents.
+    /// Frames fixed in their parents.
     pub(crate) fixed: Vec<Fixed>,
     /// Frames of the axes of robots 1 and 2: the rail's carriage, then the links.
     pub(crate) moving: [Vec<Moving>; 2],
-    /// The carriage's pose of robot 1's base, and the last link's of part A.
+    /// Pose of robot 1's base in the carriage, and of part A in the last link.
     ends: [Pose<f64>; 2],
 }
 
-/// A frame that stands still in its parent.
+/// A frame fixed in its parent.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Fixed {
     pub(crate) parent: String,
@@ -39,21 +39,21 @@ pub(crate) struct Fixed {
     pub(crate) pose: Pose<f64>,
 }
 
-/// A frame that an axis moves in its parent.
+/// A frame moved by an axis.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Moving {
     pub(crate) parent: String,
     pub(crate) child: String,
-    /// The axis in the order of a record: joints from 0, the rail last.
+    /// Index of the axis in a record: joints from 0, the rail last.
     pub(crate) axis: usize,
     /// Pose at the controller's zero.
     origin: Pose<f64>,
-    /// Direction that it turns about, or slides along, in its own axes; zero for a rail that is not there.
+    /// Axis of rotation or translation, in its own axes; zero for a missing rail.
     direction: Vec3<f64>,
 }
 
 impl Moving {
-    /// Pose in the parent at a position of the axis \[rad\], \[m\].
+    /// Returns the pose in the parent at a position of the axis \[rad\], \[m\].
     pub(crate) fn pose(&self, position: f64) -> Pose<f64> {
         let way = if self.axis == RAIL {
             Pose { position: self.direction * position, attitude: Quat::identity() }
@@ -66,10 +66,10 @@ impl Moving {
 }
 
 impl LoggedScene {
-    /// The robots of a facility under a scenario's parts; `names` are those of their axes, rail last.
+    /// Describes the robots of a facility for a scenario's parts; `names` are those of their axes, rail last.
     ///
     /// # Errors
-    /// The robot (1 or 2) that cannot hold its part at the scenario's start, and why.
+    /// Robot (1 or 2) that cannot hold its part at the scenario's start, and the reason.
     pub fn new(plant: &Plant, station: &Station, names: &[[String; AXES]; 2]) -> Result<Self, (usize, Misplaced)> {
         let arms = Arms::new(plant, station)?;
         let mut urdf = format!("<?xml version=\"1.0\"?>\n<robot name=\"{}\">\n", station.id);
@@ -88,7 +88,7 @@ impl LoggedScene {
         Ok(Self { urdf, fixed, moving, ends: [mount.base, mount.tool] })
     }
 
-    /// Part A in the laboratory, from the axes of robot 1.
+    /// Returns part A in the laboratory, from the axes of robot 1.
     pub(crate) fn part_a(&self, position: impl Fn(usize) -> f64) -> Pose<f64> {
         let [base, part] = self.ends;
         let links = self.moving[0].iter().enumerate().fold(Pose::identity(), |at, (place, frame)| {
@@ -99,7 +99,7 @@ impl LoggedScene {
     }
 }
 
-/// One robot on the way into a description.
+/// One robot during the construction of a description.
 struct Robot<'a> {
     station: &'a Station,
     number: usize,
@@ -168,7 +168,7 @@ impl Robot<'_> {
         let Moving { parent, child, axis, origin, direction } = frame;
         let slides = *axis == RAIL;
         if slides && self.rail.is_none() {
-            // A JointState names seven axes: a robot without a rail has one that stands still.
+            // A JointState names seven axes: a robot without a rail has a fixed one.
             return fixed_joint(out, name, parent, child, origin);
         }
         let effort = self.station.model.joints.get(*axis).map_or(0.0, |joint| joint.drive.torque_limit);
@@ -187,7 +187,7 @@ impl Robot<'_> {
     }
 }
 
-/// Writes a joint that does not move.
+/// Writes a fixed joint.
 fn fixed_joint(out: &mut String, name: &str, parent: &str, child: &str, pose: &Pose<f64>) {
     let _ = writeln!(
         out,
@@ -206,7 +206,7 @@ fn link(out: &mut String, name: &str, visual: &str) {
     };
 }
 
-/// A capsule as a cylinder with a sphere at each end; nothing without a radius.
+/// Returns a capsule as a cylinder with a sphere at each end; empty without a radius.
 fn capsule_visual(axis: &Segment<f64>, radius: f64) -> String {
     if radius <= 0.0 {
         return String::new();
@@ -224,10 +224,10 @@ fn capsule_visual(axis: &Segment<f64>, radius: f64) -> String {
     part(Pose { position: middle, attitude: z_towards(way) }, cylinder) + &sphere(axis.from) + &sphere(axis.to)
 }
 
-/// A rotation of the z axis to a direction.
+/// Returns a rotation of the z axis to a direction.
 fn z_towards(direction: Vec3<f64>) -> Quat<f64> {
     let to = direction * (1.0 / direction.norm());
-    // The half-way rotation; straight down it is half a turn about x.
+    // The half-way rotation; straight down is half a turn about x.
     let (w, v) = (1.0 + to.z, vec3(-to.y, to.x, 0.0));
     if w < 1e-9 { Quat { w: 0.0, v: vec3(1.0, 0.0, 0.0) } } else { Quat { w, v }.normalized() }
 }
@@ -236,17 +236,17 @@ fn numbers(v: Vec3<f64>) -> String {
     format!("{} {} {}", v.x, v.y, v.z)
 }
 
-/// The element `origin` of a pose.
+/// Returns the element `origin` of a pose.
 fn origin_element(pose: &Pose<f64>) -> String {
     format!("<origin xyz=\"{}\" rpy=\"{}\"/>", numbers(pose.position), numbers(roll_pitch_yaw(pose.attitude)))
 }
 
-/// Roll, pitch and yaw about fixed axes, as URDF has them \[rad\].
+/// Returns roll, pitch and yaw about fixed axes, as in URDF \[rad\].
 fn roll_pitch_yaw(attitude: Quat<f64>) -> Vec3<f64> {
     let m = attitude.normalized().matrix();
     let level = m.x.x.hypot(m.x.y);
     let pitch = (-m.x.z).atan2(level);
-    // Straight up or down roll and yaw turn about one axis: all of it is roll.
+    // Straight up or down, roll and yaw have one axis: all of the rotation is roll.
     if level < 1e-9 {
         return vec3((-m.z.y).atan2(m.y.y), pitch, 0.0);
     }

@@ -1,9 +1,9 @@
-//! Message definitions of ROS 2, each with those that it needs, and our own message made from the log's table.
+//! Message definitions of ROS 2, each with its dependencies, and our own message from the log's table.
 
 use super::table::{LogColumn, Type};
 use std::fmt::Write;
 
-/// A rule between the definitions of one schema text.
+/// Separator between the definitions of one schema text.
 const RULE: &str = "================================================================================";
 
 const HEADER: (&str, &str) = (
@@ -99,7 +99,7 @@ pub(crate) fn string() -> Schema {
 /// Name of our own message.
 pub(crate) const CYCLE: &str = "softdock_msgs/msg/Cycle";
 
-/// Our own message: a header, and one field per column of the log that no standard message carries.
+/// Returns our own message: a header, and one field per column of the log that no standard message has.
 pub(crate) fn cycle<'a>(columns: impl Iterator<Item = &'a LogColumn>) -> Schema {
     let mut definition = "std_msgs/Header header\n".to_owned();
     for column in columns {
@@ -109,7 +109,7 @@ pub(crate) fn cycle<'a>(columns: impl Iterator<Item = &'a LogColumn>) -> Schema 
     schema(CYCLE, &definition, &[HEADER, TIME])
 }
 
-/// Type and name of each field of our own message, as a file's schema text has them.
+/// Returns type and name of each field of our own message, from a file's schema text.
 pub(crate) fn cycle_fields(text: &str) -> impl Iterator<Item = (&str, &str)> {
     let own = text.lines().take_while(|line| !line.starts_with(RULE)).skip(1);
     own.filter_map(|line| {
@@ -118,7 +118,7 @@ pub(crate) fn cycle_fields(text: &str) -> impl Iterator<Item = (&str, &str)> {
     })
 }
 
-/// The ROS type of a column.
+/// Returns the ROS type of a column.
 pub(crate) fn primitive(kind: Type) -> &'static str {
     match kind {
         Type::Real => "float64",

@@ -1,4 +1,4 @@
-//! The table behind the log: what a record holds is declared once, and seen as columns of named values.
+//! Columns of the log: maps the declared contents of a record to named scalar values.
 
 use crate::signals::WireState;
 use crate::signals::{AXES, LinkCounters, RAIL};
@@ -10,15 +10,15 @@ use softdock_kernels::vector::{Pose, Quat, Vec3, vec3};
 /// Type of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Type {
-    /// A real number; the quiet NaN of `f64::NAN` says that there is none.
+    /// A real number; the quiet NaN of `f64::NAN` means missing.
     Real,
-    /// A whole number with a sign: times.
+    /// A signed integer: times.
     Signed,
-    /// A whole number: counts, wide flags.
+    /// An unsigned integer: counts, wide flags.
     Whole,
-    /// A short whole number: flags, counts of a protocol.
+    /// A short unsigned integer: flags, counts of a protocol.
     Word,
-    /// A number of a vocabulary.
+    /// An index into an enumeration.
     Code(&'static [&'static str]),
 }
 
@@ -36,7 +36,7 @@ pub enum LogValue {
 }
 
 impl LogValue {
-    /// No value: what a column holds that nothing was written to.
+    /// Missing value, the initial contents of a column.
     pub const fn blank(column: Type) -> Self {
         match column {
             Type::Real => Self::Real(f64::NAN),
@@ -46,7 +46,7 @@ impl LogValue {
         }
     }
 
-    /// The bits of the value, whatever its type.
+    /// Returns the bits of the value, of any type.
     pub const fn bits(self) -> u64 {
         match self {
             Self::Real(value) => value.to_bits(),
@@ -56,7 +56,7 @@ impl LogValue {
         }
     }
 
-    /// The real number; NaN for another type.
+    /// Returns the real number; NaN for another type.
     pub const fn real(self) -> f64 {
         match self {
             Self::Real(value) => value,
@@ -64,7 +64,7 @@ impl LogValue {
         }
     }
 
-    /// The whole number with a sign; 0 for a real number.
+    /// Returns the signed integer; 0 for a real number.
     pub const fn signed(self) -> i64 {
         match self {
             Self::Real(_) => 0,
@@ -73,7 +73,7 @@ impl LogValue {
     }
 }
 
-/// Bit by bit: a NaN equals itself, and 0 differs from -0.
+/// Bitwise equality: a NaN equals itself, and 0 differs from -0.
 impl PartialEq for LogValue {
     fn eq(&self, other: &Self) -> bool {
         std::mem::discriminant(self) == std::mem::discriminant(other) && self.bits() == other.bits()
@@ -87,51 +87,51 @@ pub struct LogColumn {
     pub name: String,
     /// SI unit, `ns` for times that must be exact, `1` for a pure number.
     pub unit: &'static str,
-    /// What the value means, with its frame.
+    /// Meaning of the value, with its frame.
     pub meaning: String,
     /// Its type.
     pub kind: Type,
 }
 
-/// A value that stands in the log: a scalar, or a fixed list of them in a fixed order.
+/// A value in the log: a scalar, or a fixed list of scalars in a fixed order.
 pub trait Logged: Copy {
-    /// Nothing known: reals are NaN, whole numbers 0.
+    /// The blank value: reals are NaN, integers 0.
     const BLANK: Self;
     /// Appends one [`LogColumn`] per scalar.
     fn describe(name: &str, unit: &'static str, meaning: &str, out: &mut Vec<LogColumn>);
-    /// Gives out the scalars.
+    /// Passes its scalars to a function.
     fn write(&self, sink: &mut impl FnMut(LogValue));
     /// Builds the value from its scalars.
     fn read(source: &mut impl FnMut() -> LogValue) -> Self;
 }
 
-/// The columns of a logged value.
+/// Returns the columns of a logged value.
 pub fn columns<L: Logged>() -> Vec<LogColumn> {
     let mut out = Vec::new();
     L::describe("", "1", "", &mut out);
     out
 }
 
-/// Puts a logged value into a buffer that is as long as its table; allocates nothing.
+/// Writes a logged value into a buffer of its table's length; allocates nothing.
 pub fn store<L: Logged>(value: &L, buffer: &mut [LogValue]) {
     let mut places = buffer.iter_mut();
     value.write(&mut |value| *places.next().expect("a buffer as long as the table") = value);
 }
 
-/// The logged value whose scalars stand in a buffer.
+/// Reads a logged value from a buffer of its table's length.
 pub fn load<L: Logged>(buffer: &[LogValue]) -> L {
     let mut values = buffer.iter();
     L::read(&mut || *values.next().expect("a buffer as long as the table"))
 }
 
-/// The column of one scalar.
+/// Returns the column of one scalar.
 pub(crate) fn scalar(name: &str, unit: &'static str, meaning: &str, kind: Type) -> LogColumn {
     let suffix = unit_suffix(unit);
     let name = if suffix.is_empty() { name.to_owned() } else { format!("{name}_{suffix}") };
     LogColumn { name, unit, meaning: meaning.to_owned(), kind }
 }
 
-/// What a part means inside a whole.
+/// Joins the meaning of a part to that of its whole.
 pub(crate) fn within(whole: &str, part: &str) -> String {
     match (whole, part) {
         ("", alone) | (alone, "") => alone.to_owned(),
@@ -190,7 +190,7 @@ macro_rules! code {
 
 code!(Phase, StopCause, OrderKind);
 
-/// Axes count from 1; the rail stands last, in the unit of a straight axis.
+/// Axes count from 1; the rail is last, in the unit of a linear axis.
 impl Logged for [f64; AXES] {
     const BLANK: Self = [f64::NAN; AXES];
     fn describe(name: &str, unit: &'static str, meaning: &str, out: &mut Vec<LogColumn>) {
@@ -212,7 +212,7 @@ impl Logged for [f64; AXES] {
     }
 }
 
-/// What the kernels declare stands in the log as it stands there.
+/// Structs declared by the kernels keep their own names, units and meanings.
 macro_rules! bundled {
     ($ty:ty, $blank:expr) => {
         impl Logged for $ty {
@@ -242,7 +242,7 @@ bundled!(Quat<f64>, NO_ATTITUDE);
 bundled!(Wrench<f64>, Wrench { force: NO_VECTOR, moment: NO_VECTOR });
 bundled!(Motion<f64>, Motion { position: NO_VECTOR, attitude: NO_ATTITUDE, velocity: NO_VECTOR, omega: NO_VECTOR });
 
-/// How a struct of logged fields stands in the log: `name: type, unit, meaning;` per field.
+/// Implements [`Logged`] for a struct of logged fields: `name: type, unit, meaning;` per field.
 macro_rules! logged {
     ($name:ty { $($field:ident : $ty:ty, $unit:literal, $meaning:literal;)* }) => {
         impl $crate::log::table::Logged for $name {
@@ -265,7 +265,7 @@ macro_rules! logged {
     };
 }
 
-/// Declares a struct and how it stands in the log.
+/// Declares a struct and its columns in the log.
 macro_rules! record {
     ($(#[$doc:meta])* $name:ident { $($field:ident : $ty:ty, $unit:literal, $meaning:literal;)* }) => {
         $(#[$doc])*
@@ -284,19 +284,19 @@ logged!(Pose<f64> {
 
 logged!(WireState {
     untaken: u64, "1", "answers that the robot has not taken";
-    untaken_in_row: u32, "1", "answers in a row that the robot has not taken";
-    off_course: u32, "1", "cycles in a row with a set-point that nobody here has sent";
-    early: u32, "1", "reports that came too early: the robot's cycle is shorter than it was";
-    led_back: u32, "1", "cycles in a row in which the robot is away from its commands and led back within its limits";
-    moving: u32, "1", "1 while what the robot is sent moves";
+    untaken_in_row: u32, "1", "successive answers that the robot has not taken";
+    off_course: u32, "1", "successive cycles with a set-point that this machine has not sent";
+    early: u32, "1", "early reports: the robot's cycle has become shorter";
+    led_back: u32, "1", "successive cycles in which the robot is away from its commands and led back within its limits";
+    moving: u32, "1", "1 while its commands move";
 });
 
 logged!(LinkCounters {
     received: u64, "1", "datagrams taken";
-    lost: u64, "1", "datagrams that never came, by the sender's own count";
-    stale: u64, "1", "datagrams that came after a newer one, or twice";
-    malformed: u64, "1", "datagrams that could not be read";
-    foreign: u64, "1", "datagrams of somebody else";
-    overtaken: u64, "1", "reports that a newer one had overtaken before anybody looked at them";
+    lost: u64, "1", "lost datagrams, by the sender's own count";
+    stale: u64, "1", "datagrams after a newer one, or repeated";
+    malformed: u64, "1", "malformed datagrams";
+    foreign: u64, "1", "datagrams from other hosts";
+    overtaken: u64, "1", "reports replaced by a newer one before they were read";
     unsent: u64, "1", "answers not sent, because their cycle was over";
 });

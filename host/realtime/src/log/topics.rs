@@ -1,8 +1,8 @@
-//! Which topic carries which columns of the log, and how a record becomes messages and comes back.
+//! Topics of the log and their columns; conversion of records to messages and back.
 //!
-//! Standard messages come first, so that every ROS 2 tool shows them as they are; `/hil/cycle` carries all other
-//! columns and closes the record. A part that is blank throughout is left out of a standard message, and a message
-//! without parts is left out; the reader finds it blank again.
+//! Standard messages come first, so that every ROS 2 tool shows them; `/hil/cycle` has all other columns and closes the
+//! record. A standard message omits parts that are blank throughout; a message without parts is omitted, and its
+//! columns are blank when read.
 
 use super::cdr::{Decoder, Encoder};
 use super::record::CycleRecord;
@@ -12,15 +12,15 @@ use super::table::{LogColumn, LogValue, Logged, Type, columns};
 use crate::signals::AXES;
 use softdock_kernels::vector::{Pose, Quat};
 
-/// Topic of the columns that no standard message carries; its message closes a record.
+/// Topic of the columns without a standard message; its message closes a record.
 pub const CYCLE_TOPIC: &str = "/hil/cycle";
 /// Topic of the robots' description.
 pub const DESCRIPTION_TOPIC: &str = "/robot_description";
 
-/// Topic of the frames that stand still in their parents.
+/// Topic of the frames fixed in their parents.
 pub const FIXED_FRAMES_TOPIC: &str = "/tf_static";
 
-/// The frame in which the parts' poses are given: it moves in the laboratory, without turning.
+/// Frame of the parts' poses: it moves in the laboratory, without rotation.
 pub const CONTACT_FRAME: &str = "contact_frame";
 
 /// Scalars of a wrench.
@@ -28,16 +28,16 @@ const WRENCH: usize = 6;
 /// Scalars of a pose: position, then attitude with its scalar part first.
 const POSE: usize = 7;
 
-/// What a topic carries: positions among the record's columns.
+/// Contents of a topic: positions among the record's columns.
 #[derive(Clone, Debug)]
-enum Carried {
-    /// A JointState of the given robot: axes, and torques if it has any.
+enum TopicContents {
+    /// A JointState of the given robot: axes, and torques if it reports any.
     Joints { robot: usize, position: usize, effort: Option<usize> },
     /// A WrenchStamped.
     Wrench { frame: &'static str, at: usize },
     /// A TFMessage: child frames and their poses.
     Frames(Vec<(&'static str, usize)>),
-    /// Our own message: each field's type and, if this version has it, its column.
+    /// Our own message: type of each field and, if this version has it, its column.
     Cycle(Vec<(Type, Option<usize>)>),
 }
 
@@ -48,25 +48,25 @@ pub struct Topic {
     pub name: &'static str,
     /// Column of its time stamp \[ns\] since the start.
     stamp: usize,
-    carried: Carried,
+    contents: TopicContents,
 }
 
-/// The topics of a record, in the order in which they are written.
+/// The topics of a record, in writing order.
 #[derive(Clone, Debug)]
 pub struct Topics {
     /// All columns of a record.
     pub columns: Vec<LogColumn>,
     topics: Vec<Topic>,
-    /// Names of the axes of robots 1 and 2, rail last, as the robots' description has them.
+    /// Names of the axes of robots 1 and 2, rail last, as in the robots' description.
     names: [[String; AXES]; 2],
     wall_offset: usize,
-    /// The robots' frames, and where robots 1 and 2 have their axes: emulated ones, then real ones.
+    /// The robots' frames, and the columns of the axes of robots 1 and 2: emulated ones, then real ones.
     scene: Option<LoggedScene>,
     axes: [[usize; 2]; 2],
     part_a: usize,
 }
 
-/// `robot_1_joint_1` to `robot_1_joint_6` and `robot_1_rail`; likewise for robot 2.
+/// Returns `robot_1_joint_1` to `robot_1_joint_6` and `robot_1_rail`; likewise for robot 2.
 pub fn default_names() -> [[String; AXES]; 2] {
     [1, 2].map(|robot| {
         std::array::from_fn(|axis| match axis {
@@ -77,7 +77,7 @@ pub fn default_names() -> [[String; AXES]; 2] {
 }
 
 impl Topics {
-    /// The topics, with these names of the axes, and the robots' frames among the transforms if they are known.
+    /// Creates the topics, with these names of the axes, and the robots' frames among the transforms if they are known.
     pub fn new(names: [[String; AXES]; 2], scene: Option<LoggedScene>) -> Self {
         let columns = columns::<CycleRecord>();
         let at = |name: &str| {
@@ -91,34 +91,34 @@ impl Topics {
         }
         let rest = (0..columns.len()).filter(|place| !taken[*place]);
         let rest = rest.map(|place| (columns[place].kind, Some(place))).collect();
-        topics.push(Topic { name: CYCLE_TOPIC, stamp: at("time_ns"), carried: Carried::Cycle(rest) });
+        topics.push(Topic { name: CYCLE_TOPIC, stamp: at("time_ns"), contents: TopicContents::Cycle(rest) });
         let wall_offset = at("wall_offset_ns");
         let axes = [1, 2].map(|robot| ["emulated", "robot"].map(|kind| at(&format!("{kind}_{robot}_position_1_rad"))));
         let part_a = at("part_a_position_x_m");
         Self { columns, topics, names, wall_offset, scene, axes, part_a }
     }
 
-    /// Name, schema and position of each topic.
+    /// Returns name, schema and position of each topic.
     pub(crate) fn list(&self) -> impl Iterator<Item = (&'static str, Schema)> {
         self.topics.iter().map(|topic| (topic.name, self.schema(topic)))
     }
 
     fn schema(&self, topic: &Topic) -> Schema {
-        match &topic.carried {
-            Carried::Joints { .. } => schemas::joint_state(),
-            Carried::Wrench { .. } => schemas::wrench_stamped(),
-            Carried::Frames(_) => schemas::tf_message(),
-            Carried::Cycle(_) => schemas::cycle(topic.places().map(|place| &self.columns[place])),
+        match &topic.contents {
+            TopicContents::Joints { .. } => schemas::joint_state(),
+            TopicContents::Wrench { .. } => schemas::wrench_stamped(),
+            TopicContents::Frames(_) => schemas::tf_message(),
+            TopicContents::Cycle(_) => schemas::cycle(topic.places().map(|place| &self.columns[place])),
         }
     }
 
-    /// Position of a topic by its name.
+    /// Returns the position of a topic by its name.
     pub fn position(&self, name: &str) -> Option<usize> {
         self.topics.iter().position(|topic| topic.name == name)
     }
 
-    /// Takes over the fields of `/hil/cycle` as a file has them: what this version lacks is passed over, what the
-    /// file lacks stays blank. False if a field has another type than its column.
+    /// Adopts the fields of `/hil/cycle` in a file: skips fields unknown to this version; fields missing in the file
+    /// stay blank. Returns false if a field has another type than its column.
     #[must_use]
     pub(crate) fn adapt(&mut self, schema: &str) -> bool {
         let mut fields = Vec::new();
@@ -137,18 +137,19 @@ impl Topics {
             fields.push((kind, own));
         }
         let last = self.topics.last_mut().expect("the cycle's topic");
-        last.carried = Carried::Cycle(fields);
+        last.contents = TopicContents::Cycle(fields);
         true
     }
 
-    /// Writes the message of a topic; false if there is nothing to say.
+    /// Writes the message of a topic; returns false if all of it is blank.
     pub(crate) fn encode(&self, topic: usize, values: &[LogValue], out: &mut Encoder) -> bool {
         let topic = &self.topics[topic];
         let stamp = values[topic.stamp].signed().wrapping_add(values[self.wall_offset].signed());
         out.start();
-        match &topic.carried {
-            Carried::Joints { robot, position, effort } => {
-                let (position, effort) = (told(values, *position, AXES), effort.map(|at| told(values, at, AXES)));
+        match &topic.contents {
+            TopicContents::Joints { robot, position, effort } => {
+                let (position, effort) =
+                    (known_values(values, *position, AXES), effort.map(|at| known_values(values, at, AXES)));
                 let effort = effort.unwrap_or_default();
                 header(out, stamp, "");
                 strings(out, &self.names[*robot]);
@@ -157,14 +158,14 @@ impl Topics {
                 reals(out, effort);
                 !position.is_empty() || !effort.is_empty()
             }
-            Carried::Wrench { frame, at } => {
-                let wrench = told(values, *at, WRENCH);
+            TopicContents::Wrench { frame, at } => {
+                let wrench = known_values(values, *at, WRENCH);
                 header(out, stamp, frame);
                 wrench.iter().for_each(|value| out.f64(value.real()));
                 !wrench.is_empty()
             }
-            Carried::Frames(frames) => self.transforms(out, stamp, frames, values),
-            Carried::Cycle(fields) => {
+            TopicContents::Frames(frames) => self.transforms(out, stamp, frames, values),
+            TopicContents::Cycle(fields) => {
                 header(out, stamp, "");
                 fields.iter().filter_map(|(_, place)| *place).for_each(|place| scalar(out, values[place]));
                 true
@@ -172,13 +173,14 @@ impl Topics {
         }
     }
 
-    /// The poses of parts that are known, and the robots' frames, as transforms; false without any.
+    /// Returns the known poses of parts, and the robots' frames, as transforms; false without any.
     fn transforms(&self, out: &mut Encoder, stamp: i64, frames: &[(&str, usize)], values: &[LogValue]) -> bool {
-        let known =
-            || frames.iter().map(|(name, at)| (name, told(values, *at, POSE))).filter(|(_, pose)| !pose.is_empty());
-        // Those who take the commands: the emulated robots of a dry run, else the real ones.
+        let known = || {
+            frames.iter().map(|(name, at)| (name, known_values(values, *at, POSE))).filter(|(_, pose)| !pose.is_empty())
+        };
+        // The commanded robots: the emulated ones of a dry run, else the real ones.
         let axes = self.axes.map(|kinds| {
-            let kinds = kinds.map(|at| told(values, at, AXES));
+            let kinds = kinds.map(|at| known_values(values, at, AXES));
             kinds.into_iter().find(|axes| !axes.is_empty()).unwrap_or_default()
         });
         let robots = || {
@@ -186,7 +188,7 @@ impl Topics {
             scene.filter(|(_, axes)| !axes.is_empty())
         };
         let contact_frame = self.scene.as_ref().filter(|_| !axes[0].is_empty()).and_then(|scene| {
-            let [x, y, z, ..] = told(values, self.part_a, POSE) else { return None };
+            let [x, y, z, ..] = known_values(values, self.part_a, POSE) else { return None };
             let held = scene.part_a(|axis| axes[0][axis].real()).position;
             let position = softdock_kernels::vector::vec3(held.x - x.real(), held.y - y.real(), held.z - z.real());
             Some(Pose { position, attitude: Quat::identity() })
@@ -197,7 +199,7 @@ impl Topics {
         for (name, pose) in known() {
             header(out, stamp, CONTACT_FRAME);
             out.string(name);
-            // ROS puts the scalar part of a quaternion last.
+            // ROS has the scalar part of a quaternion last.
             for place in [0, 1, 2, 4, 5, 6, 3] {
                 out.f64(pose[place].real());
             }
@@ -213,11 +215,11 @@ impl Topics {
         count > 0
     }
 
-    /// Puts what a message says into its places; `None` if it is not a message of this topic.
+    /// Stores the contents of a message; `None` if it is not a message of this topic.
     pub(crate) fn decode(&self, topic: usize, message: &[u8], values: &mut [LogValue]) -> Option<()> {
         let mut read = Decoder::new(message)?;
-        match &self.topics[topic].carried {
-            Carried::Joints { position, effort, .. } => {
+        match &self.topics[topic].contents {
+            TopicContents::Joints { position, effort, .. } => {
                 skip_header(&mut read)?;
                 let names = read.u32()?;
                 (0..names).try_for_each(|_| read.string().map(|_| ()))?;
@@ -225,15 +227,15 @@ impl Topics {
                 take_reals(&mut read, None, values)?;
                 take_reals(&mut read, *effort, values)
             }
-            Carried::Wrench { at, .. } => {
+            TopicContents::Wrench { at, .. } => {
                 skip_header(&mut read)?;
                 values[*at..*at + WRENCH].iter_mut().try_for_each(|value| {
                     *value = LogValue::Real(read.f64()?);
                     Some(())
                 })
             }
-            Carried::Frames(frames) => take_transforms(&mut read, frames, values),
-            Carried::Cycle(fields) => {
+            TopicContents::Frames(frames) => take_transforms(&mut read, frames, values),
+            TopicContents::Cycle(fields) => {
                 skip_header(&mut read)?;
                 fields.iter().try_for_each(|(kind, place)| {
                     let value = take_scalar(&mut read, *kind)?;
@@ -246,32 +248,32 @@ impl Topics {
         }
     }
 
-    /// A record's values before anything is known.
+    /// Returns a record's blank values.
     pub(crate) fn blank(&self) -> Vec<LogValue> {
         self.columns.iter().map(|column| LogValue::blank(column.kind)).collect()
     }
 }
 
 impl Topic {
-    /// Positions of the columns that this topic carries.
+    /// Returns the positions of this topic's columns.
     fn places(&self) -> Box<dyn Iterator<Item = usize> + '_> {
-        match &self.carried {
-            Carried::Joints { position, effort, .. } => {
+        match &self.contents {
+            TopicContents::Joints { position, effort, .. } => {
                 Box::new((*position..position + AXES).chain(effort.iter().flat_map(|at| *at..at + AXES)))
             }
-            Carried::Wrench { at, .. } => Box::new(*at..at + WRENCH),
-            Carried::Frames(frames) => Box::new(frames.iter().flat_map(|(_, at)| *at..at + POSE)),
-            Carried::Cycle(fields) => Box::new(fields.iter().filter_map(|(_, place)| *place)),
+            TopicContents::Wrench { at, .. } => Box::new(*at..at + WRENCH),
+            TopicContents::Frames(frames) => Box::new(frames.iter().flat_map(|(_, at)| *at..at + POSE)),
+            TopicContents::Cycle(fields) => Box::new(fields.iter().filter_map(|(_, place)| *place)),
         }
     }
 }
 
-/// The topics of standard messages; `at` gives the position of a column.
+/// Returns the topics of standard messages; `at` gives the position of a column.
 fn standard(at: &impl Fn(&str) -> usize) -> Vec<Topic> {
     let states = |name, robot, prefix: &str| Topic {
         name,
         stamp: at(&format!("{prefix}_received_ns")),
-        carried: Carried::Joints {
+        contents: TopicContents::Joints {
             robot,
             position: at(&format!("{prefix}_position_1_rad")),
             effort: Some(at(&format!("{prefix}_torque_1_n_m"))),
@@ -280,12 +282,12 @@ fn standard(at: &impl Fn(&str) -> usize) -> Vec<Topic> {
     let commands = |name, robot, prefix: &str| Topic {
         name,
         stamp: at("time_ns"),
-        carried: Carried::Joints { robot, position: at(&format!("{prefix}_command_1_rad")), effort: None },
+        contents: TopicContents::Joints { robot, position: at(&format!("{prefix}_command_1_rad")), effort: None },
     };
     let wrench = |name, frame, prefix: &str, kind: &str| Topic {
         name,
         stamp: at(&format!("{prefix}_received_ns")),
-        carried: Carried::Wrench { frame, at: at(&format!("{prefix}_{kind}_force_x_n")) },
+        contents: TopicContents::Wrench { frame, at: at(&format!("{prefix}_{kind}_force_x_n")) },
     };
     let frame = |name| (name, at(&format!("{name}_position_x_m")));
     let frames = ["part_a", "part_b", "simulated_part_a", "simulated_part_b"].map(frame).to_vec();
@@ -302,18 +304,18 @@ fn standard(at: &impl Fn(&str) -> usize) -> Vec<Topic> {
         wrench("/ft/wrench_raw", "ft_sensor", "ft", "raw"),
         wrench("/emulated_ft/wrench", "part_a", "emulated_ft", "compensated"),
         wrench("/emulated_ft/wrench_raw", "ft_sensor", "emulated_ft", "raw"),
-        Topic { name: "/tf", stamp: at("time_ns"), carried: Carried::Frames(frames) },
+        Topic { name: "/tf", stamp: at("time_ns"), contents: TopicContents::Frames(frames) },
     ]
 }
 
-/// A run of columns, or nothing if all of it is blank.
-fn told(values: &[LogValue], at: usize, count: usize) -> &[LogValue] {
+/// Returns a run of columns, or `None` if all of it is blank.
+fn known_values(values: &[LogValue], at: usize, count: usize) -> &[LogValue] {
     let part = &values[at..at + count];
     let blank = part.iter().all(|value| *value == LogValue::Real(f64::BLANK));
     if blank { &[] } else { part }
 }
 
-/// std_msgs/Header; `stamp` in nanoseconds since the Unix epoch.
+/// Writes a std_msgs/Header; `stamp` in nanoseconds since the Unix epoch.
 fn header(out: &mut Encoder, stamp: i64, frame: &str) {
     out.i32(stamp.div_euclid(1_000_000_000) as i32);
     out.u32(stamp.rem_euclid(1_000_000_000) as u32);
@@ -336,7 +338,7 @@ fn reals(out: &mut Encoder, values: &[LogValue]) {
     values.iter().for_each(|value| out.f64(value.real()));
 }
 
-/// Reads a sequence of axes into its places; an empty one, or one that nobody wants, changes nothing.
+/// Reads a sequence of axes; an empty or unused one changes nothing.
 fn take_reals(read: &mut Decoder, place: Option<usize>, values: &mut [LogValue]) -> Option<()> {
     let count = read.u32()? as usize;
     if count > AXES {
@@ -351,7 +353,7 @@ fn take_reals(read: &mut Decoder, place: Option<usize>, values: &mut [LogValue])
     Some(())
 }
 
-/// A geometry_msgs/TransformStamped from a parent to a child.
+/// Writes a geometry_msgs/TransformStamped from a parent to a child.
 fn transform(out: &mut Encoder, stamp: i64, [parent, child]: [&str; 2], pose: &Pose<f64>) {
     header(out, stamp, parent);
     out.string(child);
@@ -359,7 +361,7 @@ fn transform(out: &mut Encoder, stamp: i64, [parent, child]: [&str; 2], pose: &P
     [p.x, p.y, p.z, q.v.x, q.v.y, q.v.z, q.w].into_iter().for_each(|value| out.f64(value));
 }
 
-/// The message of the frames that stand still in their parents.
+/// Returns the message of the fixed frames.
 pub(crate) fn fixed_frames(out: &mut Encoder, stamp: i64, scene: &LoggedScene) {
     out.start();
     out.u32(scene.fixed.len() as u32);

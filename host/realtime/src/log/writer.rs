@@ -1,7 +1,7 @@
-//! The thread that writes the log, and the cycle's end of the ring that feeds it.
+//! The thread that writes the log, and the cycle's end of its ring.
 //!
-//! Handing on a record copies it and nothing else: no lock, no heap, no system call. When the thread is slow the ring
-//! fills and records are dropped and counted; when it fails the cycle goes on and is told.
+//! Passing a record only copies it: no lock, no allocation, no system call. When the thread is slow the ring fills, and
+//! records are dropped and counted. When the thread fails the cycle continues and gets the error.
 
 use super::codes::cycle_flags;
 use super::mcap::{LogError, LogFile, Setup, Totals};
@@ -14,14 +14,14 @@ use std::path::Path;
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-/// Time between two flushes: what a power cut costs at most.
+/// Time between two flushes: the greatest loss at a power cut.
 const FLUSH: Duration = Duration::from_secs(1);
-/// Time between two looks into an empty ring. The cycle must not wake the thread: that is a system call.
+/// Time between two reads of an empty ring. The cycle must not wake the thread: that is a system call.
 const REST: Duration = Duration::from_millis(5);
-/// Records that the ring holds: four seconds at 1 kHz, 11 MiB.
+/// Capacity of the ring: four seconds at 1 kHz, 11 MiB.
 pub const RING_RECORDS: usize = 4096;
 
-/// What the thread writes to.
+/// Receiver of the thread's records.
 pub trait LogSink: Send + 'static {
     /// Adds a record.
     ///
@@ -79,23 +79,23 @@ impl<W: Write + Seek + Send + 'static> LogSink for LogFile<W> {
     }
 }
 
-/// What became of a record.
+/// Result of passing a record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Handed {
-    /// The thread has it.
+    /// The thread has the record.
     Over,
-    /// The ring was full: it is lost and counted.
+    /// The ring was full: the record is lost and counted.
     Dropped,
-    /// The thread has failed: it is lost and counted, and so will be all others.
+    /// The thread has failed: this record and all others are lost and counted.
     Broken,
 }
 
-/// What was logged in the end.
+/// Statistics of a finished log.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Logging {
-    /// What was written.
+    /// Statistics of the file.
     pub written: Totals,
-    /// Records that the ring could not take.
+    /// Records that exceeded the ring.
     pub dropped: u64,
 }
 
@@ -110,10 +110,10 @@ pub struct LogWriter {
 impl LogWriter {
     /// Creates the file and starts the thread.
     ///
-    /// Call it before the caller takes a real-time priority: a new thread inherits it.
+    /// Call this before the caller takes a real-time priority: a new thread inherits it.
     ///
     /// # Errors
-    /// If the file exists or cannot be written, or no thread can be had.
+    /// If the file exists or cannot be written, or no thread can be started.
     pub fn create(path: &Path, setup: &Setup) -> Result<Self, LogError> {
         let file = File::create_new(path)?;
         let log = LogFile::new(BufWriter::with_capacity(1 << 20, file.try_clone()?), setup)?;
@@ -123,7 +123,7 @@ impl LogWriter {
     /// Starts the thread on any sink, with a ring of this many records.
     ///
     /// # Errors
-    /// If no thread can be had.
+    /// If no thread can be started.
     pub fn start(sink: impl LogSink, records: usize) -> Result<Self, LogError> {
         let (mut ring, mut consumer) = RingBuffer::new(records);
         touch(&mut ring, &mut consumer);
@@ -131,7 +131,7 @@ impl LogWriter {
         Ok(Self { ring, dropped: 0, gap: false, thread })
     }
 
-    /// Hands a record on, with the number of lost ones noted in it; neither waits nor allocates.
+    /// Passes a record with the number of lost ones; neither waits nor allocates.
     pub fn push(&mut self, mut record: CycleRecord) -> Handed {
         record.log_dropped = self.dropped;
         if self.gap {
@@ -146,15 +146,15 @@ impl LogWriter {
         if self.gap { Handed::Dropped } else { Handed::Over }
     }
 
-    /// Records lost so far.
+    /// Returns the records lost so far.
     pub fn dropped(&self) -> u64 {
         self.dropped
     }
 
-    /// Lets the thread write what is left, closes the log and waits for it.
+    /// Writes the remaining records, closes the log and waits for the thread.
     ///
     /// # Errors
-    /// If the thread has failed, now or before.
+    /// If the thread has failed.
     pub fn finish(self) -> Result<Logging, LogError> {
         drop(self.ring);
         let written = self.thread.join().map_err(|panic| LogError::Panicked(panic_text(&*panic)))??;
@@ -168,11 +168,11 @@ fn touch(ring: &mut Producer<CycleRecord>, consumer: &mut Consumer<CycleRecord>)
     while consumer.pop().is_ok() {}
 }
 
-/// Writes until the cycle's end of the ring is gone and the ring is empty.
+/// Writes until the cycle's end of the ring is closed and the ring is empty.
 fn drain(mut sink: impl LogSink, mut ring: Consumer<CycleRecord>) -> Result<Totals, LogError> {
     let mut flushed = Instant::now();
     loop {
-        // The order matters: what was pushed before the end was dropped is in the ring when the look comes second.
+        // The order matters: records pushed before the end was dropped are in the ring if it is read second.
         let last = ring.is_abandoned();
         while let Ok(record) = ring.pop() {
             sink.write(&record)?;
@@ -196,7 +196,7 @@ fn flush_when_due(sink: &mut impl LogSink, flushed: &mut Instant) -> Result<(), 
 
 fn panic_text(panic: &(dyn std::any::Any + Send)) -> String {
     let text = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
-    text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_else(|| "a panic without words".to_owned())
+    text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_else(|| "a panic without a message".to_owned())
 }
 
 #[cfg(test)]

@@ -1,48 +1,48 @@
-//! One process per robot: a lock that ends with the process, however it ends.
+//! One process per robot: a lock that the kernel releases when the process ends.
 
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, Read, Write};
 use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 
-/// A robot is ours until this is dropped.
+/// Ownership of a robot, released on drop.
 #[derive(Debug)]
 pub struct Lock {
-    /// Holds the lock as long as it is open.
+    /// The lock; released when the file closes.
     _file: File,
 }
 
-/// Why a robot is not ours.
+/// Error of owning a robot.
 #[derive(Debug, thiserror::Error)]
 pub enum NotOwner {
-    /// Another process has it.
+    /// Another process owns the robot.
     #[error(
-        "{robot} is driven by another process ({owner}): stop that one first ({path} is its lock, and free once it has ended)"
+        "{robot} is driven by another process ({owner}): stop that process first ({path} is its lock, released when it ends)"
     )]
     Taken {
         /// Name of the robot.
         robot: String,
-        /// Process number and command line of the other process, as it has left them in the lock's file.
+        /// Process number and command line of the owner, as stated in the lock file.
         owner: String,
         /// The lock's file.
         path: PathBuf,
     },
-    /// The lock's file cannot be had.
+    /// The lock file cannot be opened or locked.
     #[error("the lock {path} cannot be taken: {why}")]
     File {
         /// The lock's file.
         path: PathBuf,
-        /// Why not.
+        /// Reason.
         why: io::Error,
     },
 }
 
-/// Makes this process the only one that drives a robot, among those that look into the same folder.
+/// Makes this process the only owner of a robot among those that use the same folder.
 ///
-/// The lock is the kernel's (`flock`), not the file's existence: a process that was killed leaves none behind.
+/// The lock is the kernel's (`flock`), not the file's existence: the lock of a killed process is released.
 ///
 /// # Errors
-/// If another process has it, or the folder cannot be written.
+/// If another process owns the robot, or the folder cannot be written.
 pub fn single_owner(folder: &Path, robot: &str) -> Result<Lock, NotOwner> {
     let path = folder.join(format!("{}.lock", plain(robot)));
     take(folder, &path).map_err(|why| match why {
@@ -54,8 +54,8 @@ pub fn single_owner(folder: &Path, robot: &str) -> Result<Lock, NotOwner> {
 fn take(folder: &Path, path: &Path) -> Result<Lock, TryLockError> {
     let open = || -> io::Result<File> {
         fs::create_dir_all(folder)?;
-        // Not truncated: it may be the owner's, who has left its name there. Not through a link: the folder is anybody's,
-        // and what a link points to is not ours to write.
+        // Not truncated: the file may hold the owner's name. Not through a link: every user may write the folder, and the
+        // target of a link is not ours to write.
         let mut options = OpenOptions::new();
         options.read(true).write(true).create(true).truncate(false).custom_flags(libc::O_NOFOLLOW | libc::O_NONBLOCK);
         let file = options.open(path)?;
@@ -74,17 +74,17 @@ fn take(folder: &Path, path: &Path) -> Result<Lock, TryLockError> {
     Ok(Lock { _file: file })
 }
 
-/// What the owner says of itself.
+/// Reads the owner's own statement.
 fn owner_in(path: &Path) -> String {
     let mut text = String::new();
     let read = File::open(path).and_then(|file| file.take(4096).read_to_string(&mut text));
     match (read, text.trim()) {
         (Ok(_), name) if !name.is_empty() => name.to_owned(),
-        _ => "one that has not said which".to_owned(),
+        _ => "an unnamed process".to_owned(),
     }
 }
 
-/// A name as it may stand in a path.
+/// Converts a name for use in a path.
 fn plain(name: &str) -> String {
     name.chars().map(|letter| if letter.is_alphanumeric() || letter == '-' { letter } else { '_' }).collect()
 }
@@ -98,10 +98,10 @@ mod tests {
     const ROBOT: &str = "KR 300 R2500 ultra, no. 1";
 
     #[test]
-    fn a_robot_has_one_owner() {
+    fn robot_has_one_owner() {
         let folder = tempfile::tempdir().expect("a folder");
         let lock = single_owner(folder.path(), ROBOT).expect("a free robot");
-        let refused = single_owner(folder.path(), ROBOT).expect_err("a robot with an owner").to_string();
+        let refused = single_owner(folder.path(), ROBOT).expect_err("an owned robot").to_string();
         assert!(refused.contains(&format!("process {}", std::process::id())), "{refused}");
         single_owner(folder.path(), "KR 300 R2500 ultra, no. 2").expect("another robot");
         drop(lock);
@@ -109,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn a_lock_writes_through_no_link() {
+    fn lock_refuses_a_symbolic_link() {
         let folder = tempfile::tempdir().expect("a folder");
         let precious = folder.path().join("precious");
         fs::write(&precious, "mine").expect("a file");
@@ -124,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn a_killed_process_leaves_no_lock() {
+    fn lock_ends_with_a_killed_process() {
         let folder = tempfile::tempdir().expect("a folder");
         let mut child = Command::new(std::env::current_exe().expect("this test"))
             .args(["process::owner::tests::own_until_killed", "--exact", "--ignored"])
@@ -138,7 +138,7 @@ mod tests {
                 Err(refused) if refused.to_string().contains(&child.id().to_string()) => break refused,
                 _ => std::thread::sleep(Duration::from_millis(5)),
             }
-            assert!(begin.elapsed() < Duration::from_secs(20), "the other process never owned the robot");
+            assert!(begin.elapsed() < Duration::from_secs(20), "the other process did not own the robot");
         };
         assert!(refused.to_string().contains("own_until_killed"), "{refused}");
         child.kill().expect("a kill");
@@ -147,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    #[ignore = "run by a_killed_process_leaves_no_lock"]
+    #[ignore = "run by lock_ends_with_a_killed_process"]
     fn own_until_killed() {
         let folder = std::env::var("SOFTDOCK_LOCK_FOLDER").expect("SOFTDOCK_LOCK_FOLDER: the folder of the locks");
         let lock = loop {

@@ -1,9 +1,9 @@
-//! Attitudes as three angles, the way KUKA (A, B, C) and FANUC (R, P, W) tell them: turns about z, then the new y,
-//! then the new x.
+//! Conversion of attitudes to three angles, as used by KUKA (A, B, C) and FANUC (R, P, W): rotations about z, the new
+//! y, the new x.
 
 use softdock_kernels::vector::{Quat, vec3};
 
-/// The attitude of turns about z, the new y and the new x \[rad\].
+/// Returns the attitude of rotations about z, the new y and the new x \[rad\].
 pub(crate) fn from_zyx([z, y, x]: [f64; 3]) -> Quat<f64> {
     let turn = |angle: f64, axis| {
         let (sin, cos) = (0.5 * angle).sin_cos();
@@ -12,8 +12,8 @@ pub(crate) fn from_zyx([z, y, x]: [f64; 3]) -> Quat<f64> {
     turn(z, vec3(0.0, 0.0, 1.0)).compose(turn(y, vec3(0.0, 1.0, 0.0))).compose(turn(x, vec3(1.0, 0.0, 0.0)))
 }
 
-/// The turns about z, the new y and the new x that make an attitude \[rad\]; where y is a quarter turn only the
-/// difference of the other two is known, and x is given as 0.
+/// Returns the rotations about z, the new y and the new x of an attitude \[rad\]. At y = +-90 deg only the difference
+/// of the other two is defined, and x is 0.
 pub(crate) fn to_zyx(attitude: Quat<f64>) -> [f64; 3] {
     let m = attitude.normalized().matrix();
     let across = m.x.x.hypot(m.x.y);

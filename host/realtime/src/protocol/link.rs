@@ -1,4 +1,4 @@
-//! What all drivers share: whose datagrams count, and the newest of several that wait.
+//! Common parts of all drivers: acceptance of senders, and selection of the newest waiting datagram.
 
 use crate::signals::LinkCounters;
 use crate::time::Nanos;
@@ -6,13 +6,14 @@ use crate::wire::{MAX_DATAGRAM, Port};
 use std::io;
 use std::net::{IpAddr, SocketAddr};
 
-/// A deadline long gone: take what is there, wait for nothing.
+/// A past deadline: takes waiting datagrams without waiting for others.
 pub(crate) const AT_ONCE: Nanos = Nanos(i64::MIN / 2);
 
-/// Most datagrams taken in one call, so that a flood cannot hold the cycle; more than a socket's default queue holds.
+/// Greatest number of datagrams taken in one call, so that a flood cannot block the cycle; exceeds a socket's default
+/// queue.
 const MAX_QUEUED: usize = 1024;
 
-/// The other side: who it may be, and who it is since its first good datagram.
+/// The other side: the accepted host, and the address of its first valid datagram.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Peer {
     expected: Option<IpAddr>,
@@ -20,33 +21,33 @@ pub(crate) struct Peer {
 }
 
 impl Peer {
-    /// Anybody, or only the host at `expected`.
+    /// Accepts any host, or only `expected`.
     pub(crate) fn new(expected: Option<IpAddr>) -> Self {
         Self { expected, address: None }
     }
 
-    /// Only this address.
+    /// Accepts this address only.
     pub(crate) fn at(address: SocketAddr) -> Self {
         Self { expected: None, address: Some(address) }
     }
 
-    /// Whether a datagram from there counts.
+    /// Whether a datagram from this address is accepted.
     pub(crate) fn admits(&self, from: SocketAddr) -> bool {
         self.address.map_or(self.expected.is_none_or(|host| host == from.ip()), |known| known == from)
     }
 
-    /// From now on it is nobody else.
+    /// Fixes the sender: from now on only this address is accepted.
     pub(crate) fn settle(&mut self, address: SocketAddr) {
         self.address.get_or_insert(address);
     }
 
-    /// Where to answer.
+    /// Returns the address for answers.
     pub(crate) fn address(&self) -> Option<SocketAddr> {
         self.address
     }
 }
 
-/// The newest datagram that `accept` takes, waiting for the first until `deadline`, and how many it has taken.
+/// Returns the newest datagram that `accept` takes, waiting for the first until `deadline`, and the number taken.
 ///
 /// # Errors
 /// If the network interface fails.
@@ -70,25 +71,25 @@ pub(crate) fn newest<T>(
     Ok((newest, taken))
 }
 
-/// How far a 32-bit count has come since an earlier one; negative if it has gone back. Right across the wrap.
+/// Returns the increase of a 32-bit count since an earlier one, negative for a decrease; handles the wrap.
 pub(crate) fn progress(from: u32, to: u32) -> i32 {
     to.wrapping_sub(from) as i32
 }
 
-/// Largest gap in a count of messages that is believed: 40 s at 4 ms, longer than any session waits.
+/// Greatest accepted gap in a message count: 40 s at 4 ms, longer than any session waits.
 const MAX_GAP: i32 = 10_000;
 
-/// The count and the time that a robot's messages carry, followed message by message.
+/// Message count and time of a robot, tracked message by message.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Succession {
     /// Count and time \[ms\] of the last message.
     last: Option<(u32, u32)>,
-    /// Time of the controller, unwrapped.
+    /// Unwrapped time of the controller.
     pub(crate) stamp: Nanos,
 }
 
 impl Succession {
-    /// Whether a message is newer than the last one and believable; counts those that are not, and those between.
+    /// Whether a message is newer than the last one and plausible; counts the others, and the gaps.
     pub(crate) fn admits(&mut self, sequence: u32, time_ms: u32, counters: &mut LinkCounters) -> bool {
         let Some((last, time)) = self.last else {
             (self.last, self.stamp) = (Some((sequence, time_ms)), Nanos::from_millis(i64::from(time_ms)));

@@ -1,4 +1,4 @@
-//! A port in memory with a clock that tests set: driver and emulated other side without a network.
+//! A port in memory with a settable clock: tests connect driver and emulated device without a network.
 
 use crate::protocol::{EmulatedController, SensorBox};
 use crate::signals::{AXES, RobotState};
@@ -16,16 +16,16 @@ struct Shared {
     sent: Vec<(SocketAddr, Vec<u8>)>,
 }
 
-/// One end, for a driver; the other is in the test's hands.
+/// The driver's end; the test holds the other.
 #[derive(Clone, Default)]
 pub(crate) struct MemoryPort(Arc<Mutex<Shared>>);
 
-/// Where the tests' other side is.
+/// Address of the tests' device.
 pub(crate) fn peer() -> SocketAddr {
     SocketAddr::from(([192, 168, 1, 2], 49152))
 }
 
-/// Where the driver is.
+/// Address of the driver.
 pub(crate) fn local() -> SocketAddr {
     SocketAddr::from(([192, 168, 1, 1], 59152))
 }
@@ -35,7 +35,7 @@ impl MemoryPort {
         self.0.lock().unwrap().now = now;
     }
 
-    /// Lets time pass; the time then.
+    /// Advances the time; returns it.
     pub(crate) fn now_after(&self, time: Nanos) -> Nanos {
         let mut shared = self.0.lock().unwrap();
         shared.now += time;
@@ -46,18 +46,18 @@ impl MemoryPort {
         self.0.lock().unwrap().incoming.push_back((from, datagram.to_vec()));
     }
 
-    /// What has been sent since the last call.
+    /// Returns the datagrams sent since the last call.
     pub(crate) fn sent(&self) -> Vec<(SocketAddr, Vec<u8>)> {
         std::mem::take(&mut self.0.lock().unwrap().sent)
     }
 
-    /// Lets a controller begin its next cycle and delivers what it sends.
+    /// Runs a controller's next cycle and delivers its datagrams.
     pub(crate) fn report(&self, controller: &mut dyn EmulatedController, state: &RobotState) {
         let now = self.now();
         controller.report(now, state, &mut |_, datagram| self.deliver(peer(), datagram));
     }
 
-    /// Lets a controller take what the driver has sent.
+    /// Delivers the driver's datagrams to a controller.
     pub(crate) fn answer(&self, controller: &mut dyn EmulatedController) {
         let now = self.now();
         for (_, datagram) in self.sent() {
@@ -65,7 +65,7 @@ impl MemoryPort {
         }
     }
 
-    /// Lets a sensor take what the driver has sent.
+    /// Delivers the driver's datagrams to a sensor.
     pub(crate) fn answer_sensor(&self, sensor: &mut dyn SensorBox) {
         let now = self.now();
         for (_, datagram) in self.sent() {
@@ -93,13 +93,13 @@ impl Port for MemoryPort {
     }
 }
 
-/// A measured state at these axes.
+/// Creates a measured state at these axes.
 pub(crate) fn state_at(position: [f64; AXES], now: Nanos) -> RobotState {
     RobotState {
         stamp: now,
         received: now,
         position,
-        asked: Some(position),
+        reported_set_point: Some(position),
         torque: Some([0.0; AXES]),
         pose: None,
         late_answers: 0,

@@ -1,4 +1,4 @@
-//! The protocols of robots and sensors: each with its codec, our driver, and the other side for the emulated facility.
+//! Protocols of robots and sensors: each with codec, driver, and emulated device.
 
 mod attitude;
 pub mod egm;
@@ -18,42 +18,42 @@ use crate::signals::{AXES, ForceSample, RobotState};
 use crate::time::Nanos;
 use std::net::SocketAddr;
 
-/// Where an emulated endpoint puts the datagrams that it sends.
+/// Takes the datagrams that an emulated device sends.
 pub type Outbox<'a> = &'a mut dyn FnMut(SocketAddr, &[u8]);
 
-/// The controller of an emulated robot: no socket, no clock of its own, so that it also runs in virtual time.
+/// The controller of an emulated robot: without socket and clock, so that it also runs in virtual time.
 pub trait EmulatedController: Send {
     /// Period of its cycle.
     fn cycle(&self) -> Nanos;
 
-    /// Goes on with another cycle, for tests of what notices that; a controller without a cycle of its own ignores it.
+    /// Changes the cycle, for tests of its supervision; a controller without a cycle of its own ignores it.
     fn change_cycle(&mut self, _cycle: Nanos) {}
 
     /// Takes a datagram.
     fn take(&mut self, now: Nanos, from: SocketAddr, datagram: &[u8], out: Outbox);
 
-    /// Where its interpolator asks the axes to be now: joints \[rad\], rail \[m\].
+    /// Returns the interpolator's present target of the axes: joints \[rad\], rail \[m\].
     fn target(&mut self, now: Nanos) -> [f64; AXES];
 
-    /// Begins its next cycle: reports the measured state, and counts an answer that has not come.
+    /// Begins the next cycle: reports the measured state, and counts a missing answer.
     fn report(&mut self, now: Nanos, state: &RobotState, out: Outbox);
 
-    /// Answers that were late or missing, if it counts them.
+    /// Returns the count of late or missing answers, if the controller has one.
     fn late_answers(&self) -> u32 {
         0
     }
 
-    /// Why it has stopped following, if it has.
+    /// Returns the reason why it has stopped following, if it has.
     fn fault(&self) -> Option<&'static str>;
 
-    /// A client commands it, or did so until a moment ago.
+    /// Whether a client commands it, or did so a moment ago.
     fn has_client(&self) -> bool;
 
-    /// Offers a new session after one that has ended, with its robot held at these axes: joints \[rad\], rail \[m\].
+    /// Offers a new session after one has ended, with the robot held at these axes: joints \[rad\], rail \[m\].
     fn renew(&mut self, at: [f64; AXES]);
 }
 
-/// The electronics of an emulated sensor: no socket, no clock of its own.
+/// The electronics of an emulated sensor: without socket and clock.
 pub trait SensorBox: Send {
     /// Period of its samples.
     fn period(&self) -> Nanos;
@@ -61,11 +61,11 @@ pub trait SensorBox: Send {
     /// Takes a datagram.
     fn take(&mut self, now: Nanos, from: SocketAddr, datagram: &[u8], out: Outbox);
 
-    /// Sends a sample, if anybody has asked for them.
+    /// Sends a sample, if a client has requested them.
     fn report(&mut self, now: Nanos, sample: &ForceSample, out: Outbox);
 }
 
-/// What an interpolator does within a cycle: it moves on a line from where it was to where it is asked to be.
+/// Interpolates linearly within a cycle from the previous to the present target.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Line {
     pub(crate) from: [f64; AXES],

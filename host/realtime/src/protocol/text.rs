@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-/// Text of at most `N` bytes; writing beyond that is an error, and nothing is cut off silently.
+/// Text of at most `N` bytes; writing beyond that is an error, nothing is truncated silently.
 pub(crate) struct Text<const N: usize> {
     bytes: [u8; N],
     length: usize,

@@ -1,4 +1,4 @@
-//! The view where there is no terminal: one line of text per second.
+//! The view without a terminal: one line of text per second.
 
 use super::model::View;
 use crate::log::codes::StopCause;
@@ -9,7 +9,7 @@ pub(super) fn micros(time: Nanos) -> String {
     format!("{:.0}", time.0 as f64 * 1e-3)
 }
 
-/// The state of a drive in one line.
+/// Returns the state of a session in one line.
 pub fn line(view: &View) -> String {
     let now = &view.newest;
     let mut parts = vec![

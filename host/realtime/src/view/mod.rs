@@ -1,7 +1,8 @@
-//! What the operator sees of a drive: phase, force, tracking, energy, timing, limits; and the stop key.
+//! The operator's view of a session: phase, force, tracking, energy, timing, limits; and the stop key.
 //!
-//! The cycle hands a small [`Sample`](crate::drive::feed::Sample) to a ring and never waits; the view reads all of them, so that percentiles count
-//! every cycle. On a terminal it is a full [`screen`], elsewhere one of [`lines`] each second.
+//! The cycle writes a small [`Sample`](crate::drive::feed::Sample) to a ring and never waits; the view reads all of
+//! them, so that percentiles cover every cycle. On a terminal it is a full [`screen`], elsewhere one of [`lines`] per
+//! second.
 
 pub mod lines;
 pub mod model;
@@ -17,16 +18,15 @@ use std::io::{self, IsTerminal, Write};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// Time between two pictures.
+/// Time between two frames of the screen.
 const PICTURE: Duration = Duration::from_millis(100);
-/// Time between two lines where there is no terminal.
+/// Time between two lines without a terminal.
 const LINE: Duration = Duration::from_secs(1);
 
-/// Shows a drive until it is over and, on a terminal, the operator has seen how it ended; gives what was shown last.
+/// Shows a session until it is over and, on a terminal, the operator has closed the view; returns the last state.
 ///
-/// `watch` sees the view at each picture, ten times a second, and once when all of the drive has been seen.
-/// Run it on a thread of normal priority. A view that fails (the terminal is gone) asks for no stop; the caller
-/// decides.
+/// `watch` receives the view at each frame, ten times a second, and once after the last sample. Run this on a thread of
+/// normal priority. A failed view (the terminal is closed) requests no stop; the caller decides.
 ///
 /// # Errors
 /// If standard output cannot be written.
@@ -45,7 +45,7 @@ pub fn show(
     Ok(view)
 }
 
-/// Gives the terminal back however the view ends.
+/// Restores the terminal on drop.
 struct Restore;
 
 impl Drop for Restore {
@@ -60,14 +60,14 @@ fn show_screen(
     controls: &Controls,
     watch: &mut dyn FnMut(&View),
 ) -> io::Result<()> {
-    // The terminal's raw mode turns Ctrl+C into a key: no signal comes from it.
+    // Raw mode turns Ctrl+C into a key: it causes no signal.
     let mut terminal = ratatui::try_init()?;
     let _restore = Restore;
     loop {
         let over = take(view, samples, controls);
         watch(view);
         terminal.draw(|frame| screen::draw(frame, view))?;
-        if over && controls.leaves() {
+        if over && controls.close_requested() {
             return Ok(());
         }
         if !event::poll(PICTURE)? {
@@ -76,7 +76,7 @@ fn show_screen(
         if let Event::Key(key) = event::read()? {
             match meaning(key, over) {
                 Some(Key::Stop) => controls.request_stop(),
-                Some(Key::Leave) => return Ok(()),
+                Some(Key::Close) => return Ok(()),
                 Some(Key::Go) if view.newest.phase == Phase::Ready => controls.go(),
                 Some(Key::Go) => {}
                 None => {}
@@ -85,24 +85,24 @@ fn show_screen(
     }
 }
 
-/// What a key asks for.
+/// Action of a key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Key {
     Go,
     Stop,
-    Leave,
+    Close,
 }
 
-/// `g` lets the robots move; `s`, space and Ctrl+C stop; `q` and Ctrl+C leave once the drive is over, and never before.
+/// `g` is GO; `s`, space and Ctrl+C stop; `q` and Ctrl+C close the view, only after the session is over.
 fn meaning(key: KeyEvent, over: bool) -> Option<Key> {
     if key.kind != KeyEventKind::Press {
         return None;
     }
     let control_c = key.code == KeyCode::Char('c') && key.modifiers.contains(KeyModifiers::CONTROL);
     match key.code {
-        KeyCode::Char('q' | 'Q') if over => Some(Key::Leave),
+        KeyCode::Char('q' | 'Q') if over => Some(Key::Close),
         KeyCode::Char('g' | 'G') if !over => Some(Key::Go),
-        _ if control_c => Some(if over { Key::Leave } else { Key::Stop }),
+        _ if control_c => Some(if over { Key::Close } else { Key::Stop }),
         KeyCode::Char('s' | 'S' | ' ') if !over => Some(Key::Stop),
         _ => None,
     }
@@ -131,7 +131,7 @@ fn show_lines(
     }
 }
 
-/// Takes what has come; true once the drive is over and all of it is seen.
+/// Takes the new samples; returns true once the session is over and all of them are read.
 fn take(view: &mut View, samples: &mut Samples, controls: &Controls) -> bool {
     let over = controls.ended() || samples.is_abandoned();
     while let Some(sample) = samples.next_sample() {
@@ -140,7 +140,7 @@ fn take(view: &mut View, samples: &mut Samples, controls: &Controls) -> bool {
     while let Some(notice) = samples.next_notice() {
         view.notice = notice;
     }
-    view.told(controls.stops(), over);
+    view.set_controls(controls.stops(), over);
     over
 }
 

@@ -1,4 +1,4 @@
-//! The numbers that the operator's view shows, gathered from the cycles.
+//! Values of the operator's view, accumulated from the cycles.
 
 use crate::drive::feed::{Notice, Sample};
 use crate::log::codes::LimitKind;
@@ -6,20 +6,20 @@ use crate::log::record::{LimitFlags, TOOL};
 use crate::time::Nanos;
 use std::collections::VecDeque;
 
-/// What may be used up before the drive stops; from the facility file.
+/// Limits that stop the session; from the facility file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Budgets {
     /// Force \[N\].
     pub force_n: f64,
-    /// Energy created by the contact \[J\].
+    /// Energy injected by the facility \[J\].
     pub energy_j: f64,
 }
 
-/// Cycles whose times stand behind the percentiles: the last ten seconds at 1 kHz.
+/// Number of cycles behind the percentiles: the last ten seconds at 1 kHz.
 const WINDOW: usize = 10_000;
-/// Time of one bar of the force's history; the bar is its largest force.
+/// Time of one bar of the force history; a bar shows its greatest force.
 const BAR: Nanos = Nanos::from_millis(100);
-/// Bars kept: as many as a wide terminal has columns.
+/// Number of bars: the columns of a wide terminal.
 const BARS: usize = 400;
 
 /// Median, 99th percentile and maximum of a time.
@@ -29,11 +29,11 @@ pub struct Percentiles {
     pub p50: Nanos,
     /// 99th percentile of the last ten seconds.
     pub p99: Nanos,
-    /// Largest since the start.
+    /// Greatest since the start.
     pub max: Nanos,
 }
 
-/// The newest values of a time, and the largest of all.
+/// The newest values of a time, and the greatest of all.
 #[derive(Clone, Debug, Default)]
 struct Times {
     newest: VecDeque<i64>,
@@ -61,20 +61,20 @@ impl Times {
     }
 }
 
-/// All that is shown.
+/// State of the view.
 #[derive(Clone, Debug)]
 pub struct View {
-    /// What may be used up.
+    /// Limits that stop the session.
     pub budgets: Budgets,
     /// The newest cycle.
     pub newest: Sample,
     /// The newest notice.
     pub notice: Notice,
-    /// Stops asked for so far.
+    /// Number of stop requests.
     pub stops: u32,
-    /// The drive is over.
+    /// Whether the session is over.
     pub over: bool,
-    /// Largest measured force since the start \[N\].
+    /// Greatest measured force since the start \[N\].
     pub peak_measured_force: f64,
     lateness: [Times; 2],
     round_trip: [Times; 2],
@@ -84,7 +84,7 @@ pub struct View {
 }
 
 impl View {
-    /// Before the first cycle.
+    /// Creates the view before the first cycle.
     pub fn new(budgets: Budgets) -> Self {
         Self {
             budgets,
@@ -101,7 +101,7 @@ impl View {
         }
     }
 
-    /// Takes a cycle.
+    /// Takes a cycle's sample.
     pub fn take(&mut self, sample: &Sample) {
         self.newest = *sample;
         self.peak_measured_force = self.peak_measured_force.max(sample.force);
@@ -122,28 +122,28 @@ impl View {
         }
     }
 
-    /// Takes what view and drive tell each other.
-    pub(super) fn told(&mut self, stops: u32, over: bool) {
+    /// Takes the state of the controls.
+    pub(super) fn set_controls(&mut self, stops: u32, over: bool) {
         self.stops = stops;
         self.over = over;
     }
 
-    /// Lateness of our cycles for a robot (0 or 1).
+    /// Returns the lateness of our cycles for robot 0 or 1.
     pub fn lateness(&self, robot: usize) -> Percentiles {
         self.lateness[robot].percentiles()
     }
 
-    /// Times from a robot's report (0 or 1) to our answer.
+    /// Returns the times from a report of robot 0 or 1 to our answer.
     pub fn round_trip(&self, robot: usize) -> Percentiles {
         self.round_trip[robot].percentiles()
     }
 
-    /// The largest forces \[N\] of the last times, the newest last, at most this many.
+    /// Returns the greatest forces \[N\] of the last intervals, the newest last, at most this many.
     pub fn force_history(&self, bars: usize) -> impl Iterator<Item = f64> {
         self.bars.iter().skip(self.bars.len().saturating_sub(bars)).copied()
     }
 
-    /// Kinds of limits that a robot (0 or 1) has met on an axis (or the [`TOOL`]) since the start.
+    /// Returns the kinds of limits that clamped robot 0 or 1 on an axis (or the [`TOOL`]) since the start.
     pub fn met(&self, robot: usize, axis: usize) -> impl Iterator<Item = LimitKind> {
         let met = self.met[robot];
         LimitKind::ALL.iter().copied().filter(move |kind| met.has(*kind, axis.min(TOOL)))

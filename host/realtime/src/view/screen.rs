@@ -12,10 +12,10 @@ use ratatui::style::{Color, Modifier, Style, Stylize};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, LineGauge, Paragraph, Sparkline};
 
-/// From this share of a limit on, it is shown as near.
+/// Share of a limit from which it is shown as near.
 const NEAR: f64 = 0.8;
 
-/// Draws all of it.
+/// Draws the whole screen.
 pub fn draw(frame: &mut Frame, view: &View) {
     let areas = Layout::vertical([
         Constraint::Length(3),
@@ -70,7 +70,7 @@ fn draw_force(frame: &mut Frame, area: Rect, view: &View) {
     );
     let block = Block::bordered().title(title);
     let bars = usize::from(block.inner(area).width);
-    // Millinewtons: the widget's bars are whole numbers.
+    // Millinewtons: the widget's bars are integers.
     let data: Vec<u64> = view.force_history(bars).map(|force| (force * 1e3) as u64).collect();
     let scale = (view.peak_measured_force * 1e3).max(1_000.0) as u64;
     let style = Style::new().fg(colour(now.force / view.budgets.force_n));
@@ -94,7 +94,7 @@ fn draw_loop(frame: &mut Frame, area: Rect, view: &View) {
     frame.render_widget(bar(share, label), energy);
 }
 
-/// A bar that is full at the limit.
+/// Returns a bar that is full at the limit.
 fn bar(share: f64, label: String) -> LineGauge<'static> {
     let ratio = if share.is_nan() { 0.0 } else { share.clamp(0.0, 1.0) };
     let gauge = LineGauge::default().ratio(ratio).label(label).filled_symbol("█").unfilled_symbol("·");
@@ -117,7 +117,7 @@ fn draw_timing(frame: &mut Frame, area: Rect, view: &View) {
     );
     let any = now.overruns > 0 || now.robots.iter().any(|robot| robot.lost > 0 || robot.stale > 0 || robot.late > 0);
     let mut lines = vec![Line::from(format!("{:14}{:>7}{:>7}{:>8}", "us", "p50", "p99", "max").dim())];
-    // The master's lateness is the loop's; each link has a round trip of its own.
+    // The master's lateness is the loop's; each link has its own round trip.
     lines.push(row("lateness", view.lateness(0)));
     lines.push(row("round trip 1", view.round_trip(0)));
     lines.push(row("round trip 2", view.round_trip(1)));
@@ -151,7 +151,7 @@ fn draw_limits(frame: &mut Frame, area: Rect, view: &View, robot: usize) {
     }
 }
 
-/// The words of the limits that were met, if any were.
+/// Returns the words of the limits that clamped commands, if any.
 fn words(met: impl Iterator<Item = LimitKind>) -> Option<String> {
     let words: Vec<&str> = met.map(LimitKind::word).collect();
     (!words.is_empty()).then(|| words.join(" "))
@@ -161,12 +161,12 @@ fn draw_foot(frame: &mut Frame, area: Rect, view: &View) {
     let now = &view.newest;
     let cause = match (now.cause, view.stops) {
         (StopCause::None, 0) => Line::raw(""),
-        (StopCause::None, _) => Line::from("stop asked for".yellow().bold()),
+        (StopCause::None, _) => Line::from("stop requested".yellow().bold()),
         (StopCause::Completed, _) => Line::from("completed".green().bold()),
         (cause, _) => Line::from(format!("stop: {}", cause.meaning()).red().bold()),
     };
     let keys = match (view.over, view.stops) {
-        (true, _) => "q  leave",
+        (true, _) => "q  close",
         (false, 0) if now.phase == Phase::Ready => {
             "every check has passed.   g  GO: the robots move   s  stop (no emergency stop)"
         }

@@ -1,4 +1,4 @@
-//! What the view shows, drawn to a terminal in memory and written as lines; what its keys do.
+//! The screen drawn to a terminal in memory, the text lines, and the keys.
 
 use super::*;
 use crate::drive::feed::{RING_SAMPLES, Sample, feed};
@@ -18,7 +18,7 @@ fn after(cycles: u64) -> View {
     view
 }
 
-/// The screen as text, line by line.
+/// Returns the screen as text, line by line.
 fn drawn(view: &View, width: u16, height: u16) -> Vec<String> {
     let mut terminal = Terminal::new(TestBackend::new(width, height)).expect("a terminal");
     terminal.draw(|frame| screen::draw(frame, view)).expect("a picture");
@@ -33,7 +33,7 @@ fn assert_shows(screen: &[String], text: &str) {
 }
 
 #[test]
-fn the_screen_shows_the_loop() {
+fn screen_shows_the_loop() {
     let mut record = sample::cycle(900);
     record.flags |= cycle_flags::ARMED;
     record.robot_2.limit_used[6] = 0.93;
@@ -62,23 +62,23 @@ fn the_screen_shows_the_loop() {
 }
 
 #[test]
-fn the_screen_shows_a_stop_and_its_cause() {
+fn screen_shows_a_stop_and_its_cause() {
     let mut view = after(100);
-    view.told(1, false);
-    assert_shows(&drawn(&view, 80, 24), "stop asked for");
+    view.set_controls(1, false);
+    assert_shows(&drawn(&view, 80, 24), "stop requested");
     assert_shows(&drawn(&view, 80, 24), "s again  end the protocols at once");
     let mut record = sample::stopping(100);
     record.robot_1.limits.set(LimitKind::Box, TOOL);
     record.log_dropped = 12;
     view.take(&Sample::of(&record));
-    view.told(1, true);
+    view.set_controls(1, true);
     let screen = drawn(&view, 80, 24);
     for text in [
         " stopping ",
         "stop: a command outside the limits of an axis",
         "velocity",
         "tool: box",
-        "q  leave",
+        "q  close",
         "the log has lost 12 records",
     ] {
         assert_shows(&screen, text);
@@ -87,7 +87,7 @@ fn the_screen_shows_a_stop_and_its_cause() {
 }
 
 #[test]
-fn any_record_and_any_size_can_be_drawn() {
+fn any_record_draws_at_any_size() {
     let mut view = View::new(BUDGETS);
     drawn(&view, 80, 24);
     view.take(&Sample::of(&CycleRecord::BLANK));
@@ -100,7 +100,7 @@ fn any_record_and_any_size_can_be_drawn() {
 }
 
 #[test]
-fn percentiles_are_by_nearest_rank_and_the_maximum_stays() {
+fn percentiles_use_nearest_rank_and_maximum_is_kept() {
     let mut view = View::new(BUDGETS);
     let late = |micros: i64| {
         let mut record = sample::cycle(0);
@@ -115,7 +115,7 @@ fn percentiles_are_by_nearest_rank_and_the_maximum_stays() {
 }
 
 #[test]
-fn a_history_of_the_force_keeps_short_peaks() {
+fn force_history_keeps_short_peaks() {
     let mut view = View::new(BUDGETS);
     for n in 0..1_000_u64 {
         let mut record = sample::cycle(n);
@@ -129,7 +129,7 @@ fn a_history_of_the_force_keeps_short_peaks() {
 }
 
 #[test]
-fn keys_stop_and_leave_only_when_they_may() {
+fn keys_stop_a_session_and_close_the_view_only_after_it() {
     let key = |code, modifiers| KeyEvent::new(code, modifiers);
     let plain = |letter| key(KeyCode::Char(letter), KeyModifiers::NONE);
     let control_c = key(KeyCode::Char('c'), KeyModifiers::CONTROL);
@@ -138,16 +138,16 @@ fn keys_stop_and_leave_only_when_they_may() {
     }
     assert_eq!(meaning(plain('g'), false), Some(Key::Go));
     assert_eq!(meaning(plain('g'), true), None);
-    assert_eq!(meaning(plain('q'), false), None, "nobody leaves a drive that runs");
-    assert_eq!(meaning(plain('q'), true), Some(Key::Leave));
-    assert_eq!(meaning(control_c, true), Some(Key::Leave));
+    assert_eq!(meaning(plain('q'), false), None, "a running session's view stays open");
+    assert_eq!(meaning(plain('q'), true), Some(Key::Close));
+    assert_eq!(meaning(control_c, true), Some(Key::Close));
     assert_eq!(meaning(plain('c'), false), None);
     let released = KeyEvent { kind: KeyEventKind::Release, ..plain('s') };
     assert_eq!(meaning(released, false), None);
 }
 
 #[test]
-fn without_a_terminal_there_is_a_line_and_the_last_one_tells_the_cause() {
+fn lines_without_a_terminal_end_with_the_cause() {
     let (mut feed, mut samples) = feed();
     (0..700).for_each(|n| feed.push(&sample::cycle(n)));
     let mut last = sample::stopping(700);
@@ -172,24 +172,24 @@ fn without_a_terminal_there_is_a_line_and_the_last_one_tells_the_cause() {
 }
 
 #[test]
-fn the_cycle_never_waits_for_the_view() {
+fn cycle_never_waits_for_the_view() {
     let (mut feed, mut samples) = feed();
     let record = sample::cycle(1);
     (0..RING_SAMPLES + 100).for_each(|_| feed.push(&record));
     assert_eq!(std::iter::from_fn(|| samples.next_sample()).count(), RING_SAMPLES);
     drop(feed);
     let (mut view, controls) = (View::new(BUDGETS), Controls::default());
-    assert!(take(&mut view, &mut samples, &controls), "a drive whose cycle is gone is over");
+    assert!(take(&mut view, &mut samples, &controls), "a session whose cycle has ended is over");
     assert_eq!(controls.stops(), 0);
     controls.request_stop();
     assert_eq!(controls.stops(), 1);
 }
 
-/// The view with a drive behind it, for human eyes: `cargo test -p softdock-realtime a_drive_to_look_at -- --ignored
+/// The view with a session, for manual inspection: `cargo test -p softdock-realtime show_a_session -- --ignored
 /// --nocapture`.
 #[test]
-#[ignore = "wants a terminal and somebody in front of it"]
-fn a_drive_to_look_at() {
+#[ignore = "needs a terminal and an operator"]
+fn show_a_session() {
     let (mut feed, samples) = feed();
     let controls = Controls::default();
     thread::scope(|scope| {

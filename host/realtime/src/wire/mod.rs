@@ -1,6 +1,5 @@
-//! Datagrams: a port is a UDP socket or a place in a network of virtual time; what stands between may lose them.
+//! Datagram ports: a UDP socket, or an address in a network of virtual time that may lose datagrams.
 
-mod arrival;
 pub mod relay;
 pub mod udp;
 
@@ -11,18 +10,19 @@ use std::net::SocketAddr;
 /// Largest datagram that any of the protocols sends.
 pub const MAX_DATAGRAM: usize = 1500;
 
-/// Where datagrams come and go, with the clock that times them.
+/// A port that sends and receives datagrams, with its clock.
 pub trait Port {
-    /// The time now.
+    /// Returns the present time.
     fn now(&self) -> Nanos;
 
-    /// The next datagram and its sender, waiting for one until `deadline` (a time gone by: no waiting).
+    /// Returns the next datagram and its sender, waiting until `deadline`; a past deadline does not wait.
     ///
     /// # Errors
     /// If the network interface fails.
     fn receive(&mut self, buffer: &mut [u8], deadline: Nanos) -> io::Result<Option<(usize, SocketAddr)>>;
 
-    /// When the datagram taken last had arrived: before now, if it has waited for us. A port that cannot tell says now.
+    /// Returns the arrival of the last received datagram: before now, if it has waited. A port without stamps returns
+    /// now.
     fn arrived(&self) -> Nanos {
         self.now()
     }

@@ -1,4 +1,4 @@
-//! A relay that does to datagrams what networks do, when it is told to: loss, delay, exchange, repetition, damage.
+//! A relay that injects network faults into a stream of datagrams: loss, delay, reordering, duplication, corruption.
 
 use crate::time::Nanos;
 
@@ -13,57 +13,57 @@ pub enum Endpoint {
     Sensor,
 }
 
-/// Which way a datagram goes.
+/// Direction of a datagram.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Way {
+pub enum Direction {
     /// From the facility to us.
     Report,
     /// From us to the facility.
     Answer,
 }
 
-/// What happens to a datagram.
+/// Fault of a datagram.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Fault {
-    /// It never comes.
+    /// Loss.
     Lose,
-    /// It comes later.
+    /// Delay.
     Delay(Nanos),
-    /// It comes twice, the second time later.
+    /// Duplication, the copy delayed.
     Duplicate(Nanos),
-    /// It waits for the next one and comes after it.
+    /// Reordering: sent after the next one.
     Exchange,
-    /// Some of its bits change.
+    /// Corruption of some bits.
     Corrupt,
-    /// It seems to come from somebody else.
+    /// Forged sender.
     Impostor,
 }
 
-/// A fault on a link for a time; from the first on, of every so many datagrams one.
+/// A fault of a link for a time; applies to every n-th datagram.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RelayRule {
     /// The link.
     pub endpoint: Endpoint,
     /// The direction.
-    pub way: Way,
+    pub direction: Direction,
     /// Begin.
     pub from: Nanos,
     /// End.
     pub until: Nanos,
-    /// One in so many, at least 1.
+    /// Period n, at least 1.
     pub every: u32,
-    /// What happens.
+    /// Fault.
     pub fault: Fault,
 }
 
-/// A datagram on its way.
+/// A datagram in transit.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Passing {
-    /// How long it takes.
+    /// Transit time.
     pub delay: Nanos,
     /// Its content.
     pub bytes: Vec<u8>,
-    /// It seems to come from somebody else.
+    /// Whether its sender is forged.
     pub impostor: bool,
 }
 
@@ -71,27 +71,27 @@ pub struct Passing {
 #[derive(Clone, Debug, Default)]
 pub struct Relay {
     rules: Vec<(RelayRule, u32)>,
-    waiting: Vec<(Endpoint, Way, Vec<u8>)>,
+    waiting: Vec<(Endpoint, Direction, Vec<u8>)>,
     dice: u64,
 }
 
 impl Relay {
-    /// A relay with faults to come.
+    /// Creates a relay with scheduled faults.
     pub fn new(rules: impl IntoIterator<Item = RelayRule>) -> Self {
         Self { rules: rules.into_iter().map(|rule| (rule, 0)).collect(), waiting: Vec::new(), dice: 1 }
     }
 
-    /// One more fault.
+    /// Adds a fault.
     pub fn add(&mut self, rule: RelayRule) {
         self.rules.push((rule, 0));
     }
 
-    /// What becomes of a datagram: none, one or two on their way.
-    pub fn pass(&mut self, now: Nanos, endpoint: Endpoint, way: Way, datagram: &[u8]) -> Vec<Passing> {
+    /// Returns the datagrams that follow from one: none, one or two.
+    pub fn pass(&mut self, now: Nanos, endpoint: Endpoint, direction: Direction, datagram: &[u8]) -> Vec<Passing> {
         let plain = |bytes: Vec<u8>| Passing { delay: Nanos(0), bytes, impostor: false };
-        let fault = self.due(now, endpoint, way);
+        let fault = self.due(now, endpoint, direction);
         if fault == Some(Fault::Exchange) {
-            self.waiting.push((endpoint, way, datagram.to_vec()));
+            self.waiting.push((endpoint, direction, datagram.to_vec()));
             return Vec::new();
         }
         let mut out = match fault {
@@ -104,17 +104,17 @@ impl Relay {
             Some(Fault::Impostor) => vec![Passing { impostor: true, ..plain(datagram.to_vec()) }],
             Some(Fault::Exchange) | None => vec![plain(datagram.to_vec())],
         };
-        while let Some(i) = self.waiting.iter().position(|(e, w, _)| (*e, *w) == (endpoint, way)) {
+        while let Some(i) = self.waiting.iter().position(|(e, w, _)| (*e, *w) == (endpoint, direction)) {
             out.push(plain(self.waiting.remove(i).2));
         }
         out
     }
 
-    /// The fault that is due on a link now.
-    fn due(&mut self, now: Nanos, endpoint: Endpoint, way: Way) -> Option<Fault> {
+    /// Returns the fault that applies to a link now.
+    fn due(&mut self, now: Nanos, endpoint: Endpoint, direction: Direction) -> Option<Fault> {
         let mut due = None;
         for (rule, count) in &mut self.rules {
-            if (rule.endpoint, rule.way) == (endpoint, way) && (rule.from..rule.until).contains(&now) {
+            if (rule.endpoint, rule.direction) == (endpoint, direction) && (rule.from..rule.until).contains(&now) {
                 if *count % rule.every == 0 {
                     due = due.or(Some(rule.fault));
                 }
@@ -124,7 +124,7 @@ impl Relay {
         due
     }
 
-    /// A datagram with a few wrong bits; the same ones for the same relay.
+    /// Corrupts bits of a datagram; deterministic for a relay.
     fn damaged(&mut self, datagram: &[u8]) -> Vec<u8> {
         let mut bytes = datagram.to_vec();
         for _ in 0..3 {

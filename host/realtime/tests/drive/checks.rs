@@ -1,4 +1,4 @@
-//! Every check of the start-up by itself: one value beyond its limit fails that check, and no other.
+//! Every start-up check alone: one value beyond its limit fails that check, and no other.
 
 use crate::fixture::{CYCLE, Setting};
 use softdock_kernels::space::Parts;
@@ -13,26 +13,26 @@ use softdock_realtime::sensing::Sensing;
 use softdock_realtime::signals::{AXES, Capabilities};
 use softdock_realtime::time::Nanos;
 
-/// What a case changes: the setting, the start of the run, and the record of a cycle.
+/// Changes of a case: the setting, the start of the run, and the record of a cycle.
 #[derive(Clone)]
 struct Case {
-    what: CheckKind,
+    kind: CheckKind,
     robot: Option<usize>,
     setting: fn(&mut Setting),
     start: fn(&mut Parts<f64>),
     to_start: bool,
     record: fn(&mut CycleRecord, u64),
-    /// Links that cannot go on.
+    /// Failed links.
     broken: [bool; 3],
 }
 
 impl Case {
-    fn new(what: CheckKind, robot: Option<usize>, record: fn(&mut CycleRecord, u64)) -> Self {
-        Self { what, robot, setting: |_| (), start: |_| (), to_start: true, record, broken: [false; 3] }
+    fn new(kind: CheckKind, robot: Option<usize>, record: fn(&mut CycleRecord, u64)) -> Self {
+        Self { kind, robot, setting: |_| (), start: |_| (), to_start: true, record, broken: [false; 3] }
     }
 }
 
-/// The list that a start-up ends with, in at most 2,600 cycles of two robots at rest at the start.
+/// Returns the final list of a start-up, in at most 2,600 cycles of two robots at rest at the start.
 fn list(case: &Case) -> Checklist {
     let mut setting = Setting::docking();
     (case.setting)(&mut setting);
@@ -76,10 +76,10 @@ fn list(case: &Case) -> Checklist {
             return found.list;
         }
     }
-    panic!("{:?}: no answer", case.what)
+    panic!("{:?}: no answer", case.kind)
 }
 
-/// The way to the start leads part A 0.3 m further, through part B.
+/// Makes the path to the start lead part A 0.3 m further, through part B.
 fn overlapping(parts: &mut Parts<f64>) {
     let towards = parts.b.position - parts.a.position;
     parts.a.position = parts.a.position + towards * (0.3 / towards.norm());
@@ -97,7 +97,7 @@ fn cases() -> Vec<Case> {
             let by = if n > 60 { 2e-3 } else { 0.0 };
             (r.robot_2.asked[4], r.robot_2.position[4]) = (r.robot_2.asked[4] + by, r.robot_2.position[4] + by);
         }),
-        // Half of its reports do not come, and it does not count them as lost: it sends at another rate.
+        // Half of its reports are missing, and it does not count them as lost: it sends at another rate.
         new(CheckKind::Period, Some(0), |r, n| {
             r.robot_1.received = Nanos(r.robot_1.received.0 / 10 * 11);
             r.robot_1.stamp = r.robot_1.received;
@@ -163,22 +163,22 @@ fn cases() -> Vec<Case> {
 }
 
 #[test]
-fn each_check_fails_for_its_own_value_alone() {
+fn each_check_fails_only_for_its_own_value() {
     for case in cases() {
         let list = list(&case);
         let failed: Vec<&Check> = list.checks().iter().filter(|check| check.answer() == CheckOutcome::Failed).collect();
-        let of: Vec<(CheckKind, Option<usize>)> = failed.iter().map(|check| (check.what, check.robot)).collect();
-        assert!(of.contains(&(case.what, case.robot)), "{:?}: {of:?}", case.what);
-        assert_eq!(list.failed().map(|check| check.what), Some(case.what), "the first that fails: {of:?}");
-        // A robot that is not there, or a quarter of a circle away, has no other values.
-        assert!(of.iter().all(|(what, _)| *what == case.what || may_fail_too(case.what, *what)), "{of:?}");
+        let of: Vec<(CheckKind, Option<usize>)> = failed.iter().map(|check| (check.kind, check.robot)).collect();
+        assert!(of.contains(&(case.kind, case.robot)), "{:?}: {of:?}", case.kind);
+        assert_eq!(list.failed().map(|check| check.kind), Some(case.kind), "the first that fails: {of:?}");
+        // A missing robot, or one a quarter of a circle away, has no other values.
+        assert!(of.iter().all(|(kind, _)| *kind == case.kind || may_fail_too(case.kind, *kind)), "{of:?}");
     }
 }
 
-/// Values that cannot be good when another one is not.
-fn may_fail_too(what: CheckKind, other: CheckKind) -> bool {
+/// Checks that also fail when another one does.
+fn may_fail_too(kind: CheckKind, other: CheckKind) -> bool {
     matches!(
-        (what, other),
+        (kind, other),
         (CheckKind::Reports, CheckKind::Loss)
             | (CheckKind::Period, CheckKind::Loss | CheckKind::Clock)
             | (CheckKind::Range, CheckKind::Range | CheckKind::Reach)
@@ -188,10 +188,10 @@ fn may_fail_too(what: CheckKind, other: CheckKind) -> bool {
 #[test]
 fn every_check_has_a_case() {
     let cases = cases();
-    // The second attitude is measured by a session that moves: `a_tool_is_weighed_in_two_attitudes_before_an_armed_run`.
+    // A moving session measures the second attitude: `tool_is_weighed_in_two_attitudes_before_an_armed_run`.
     let elsewhere = [CheckKind::TurnedForce, CheckKind::TurnedMoment];
-    for what in CheckKind::ALL {
-        assert!(elsewhere.contains(what) || cases.iter().any(|case| case.what == *what), "{}", what.row().id);
+    for kind in CheckKind::ALL {
+        assert!(elsewhere.contains(kind) || cases.iter().any(|case| case.kind == *kind), "{}", kind.row().id);
     }
     let whole = list(&Case::new(CheckKind::Reports, None, |_, _| ()));
     assert_eq!(whole.failed(), None, "robots at rest at the start pass");

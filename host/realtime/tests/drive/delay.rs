@@ -1,4 +1,4 @@
-//! The dead time that the tool measures from a drive's records is the one that the emulated facility was given.
+//! The dead time identified from a session's records equals the one of the emulated facility.
 
 use crate::fixture::{CYCLE, Rig, Setting};
 use softdock_kernels::params::Params;
@@ -14,7 +14,7 @@ use std::rc::Rc;
 
 const MILLI: Nanos = Nanos::from_millis(1);
 
-/// A docking whose commands travel for so long \[s\]; robots without a lag if `ideal`.
+/// A docking whose commands have this dead time \[s\]; robots without a lag if `ideal`.
 fn setting(travel: f64, ideal: bool) -> Setting {
     let mut setting = Setting::docking();
     let p = &mut setting.params;
@@ -27,7 +27,7 @@ fn setting(travel: f64, ideal: bool) -> Setting {
     setting
 }
 
-/// The records of a drive in process; it may end as it likes.
+/// Returns the records of a session in process; it may end for any reason.
 fn in_process(setting: &Setting, cycle: Nanos) -> Vec<CycleRecord> {
     let clock = Rc::new(Virtual::default());
     let bench = InProcessRig::new(setting.world(), clock.clone(), cycle);
@@ -75,7 +75,7 @@ fn assert_near(found: &[DeadTime; 2], travel: f64, slack: f64, what: &str) {
 const TRAVELS: [f64; 4] = [0.5e-3, 4.3e-3, 17.2e-3, 40e-3];
 
 #[test]
-fn in_process_at_1_khz_to_a_fifth_of_a_millisecond() {
+fn dead_time_in_process_is_within_a_fifth_of_a_millisecond() {
     for travel in TRAVELS {
         let records = in_process(&setting(travel, true), MILLI);
         for timing in [DelayClock::Robot, DelayClock::Ours] {
@@ -86,7 +86,7 @@ fn in_process_at_1_khz_to_a_fifth_of_a_millisecond() {
 }
 
 #[test]
-fn over_rsi_in_the_robots_own_time_to_half_a_millisecond() {
+fn dead_time_over_rsi_is_within_half_a_millisecond() {
     for travel in TRAVELS {
         let records = over_rsi(&setting(travel, true));
         let found = measured(&records, ProtocolTiming::two_cycles(CYCLE), DelayClock::Robot, ServoResponse::None);
@@ -94,13 +94,13 @@ fn over_rsi_in_the_robots_own_time_to_half_a_millisecond() {
     }
 }
 
-/// The lag that a draw gives robot 1.
+/// Returns the lag of robot 1 in a draw.
 fn lag(p: &Params<f64>) -> Lag {
     Lag::Second { time: p.robot1_lag, damping: p.robot1_lag_damping, zero: p.robot1_lag_zero }
 }
 
 #[test]
-fn behind_the_shipped_lag() {
+fn dead_time_behind_the_shipped_lag() {
     let travel = 4.3e-3;
     let setting = setting(travel, false);
     let lag = lag(&setting.params);
@@ -110,7 +110,7 @@ fn behind_the_shipped_lag() {
         let known = measured(records, stated, DelayClock::Robot, ServoResponse::Known(lag));
         assert_near(&known, travel, 0.5e-3, &format!("{what}, known lag"));
     }
-    // A docking is too slow to tell a lag from a dead time; their sum is what it shows.
+    // A docking is too slow to separate lag and dead time; only their sum is identifiable.
     let fitted = measured(&there, stated[1], DelayClock::Robot, ServoResponse::Second);
     assert_near(&fitted, travel, 5e-3, "over RSI, fitted lag");
     for delay in fitted {

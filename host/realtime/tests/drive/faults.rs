@@ -1,4 +1,4 @@
-//! What the robots see of a drive whose links fail: no step beyond their limits, whatever is lost, late or exchanged.
+//! Sessions with faulty links, from the robots' side: no step beyond their limits, whatever is lost, late or reordered.
 
 use crate::fixture::{CYCLE, Rig, Setting, campaign, rule};
 use softdock_kernels::philox::uniform;
@@ -8,23 +8,23 @@ use softdock_realtime::emulation::facility::Ailment;
 use softdock_realtime::log::codes::{OrderKind, Phase, StopCause};
 use softdock_realtime::signals::AXES;
 use softdock_realtime::time::Nanos;
-use softdock_realtime::wire::relay::{Endpoint, Fault, Relay, RelayRule, Way};
+use softdock_realtime::wire::relay::{Direction, Endpoint, Fault, Relay, RelayRule};
 use softdock_test_size::sized;
 use std::thread;
 
 /// Virtual time of a fault script \[s\].
 const SCRIPT: f64 = 20.0;
-/// Faults begin within this time of a session \[s\]: checks, weighing, way to the start, run.
+/// Latest begin of faults in a session \[s\]: checks, weighing, motion to the start, run.
 const SPAN: f64 = 14.0;
 
 #[test]
-fn a_path_that_heals_never_throws_a_robot() {
+fn link_recovery_never_exceeds_robot_limits() {
     let setting = Setting::docking();
     for (lost, endpoint) in [(13, Endpoint::Robot1), (88, Endpoint::Robot1), (88, Endpoint::Robot2)] {
         let mut rig = Rig::new(&setting, Relay::default());
         rig.run_for(0.5);
         let from = rig.session.record().time;
-        rig.network.borrow_mut().relay.add(rule(endpoint, Way::Answer, from, lost, Fault::Lose));
+        rig.network.borrow_mut().relay.add(rule(endpoint, Direction::Answer, from, lost, Fault::Lose));
         let cause = rig.finish().cause;
         assert_eq!(cause, StopCause::UntakenAnswers, "{lost} answers lost");
         let stop = rig.records.iter().find(|record| record.cause != StopCause::None).expect("a stop");
@@ -36,7 +36,7 @@ fn a_path_that_heals_never_throws_a_robot() {
 }
 
 #[test]
-fn a_robot_whose_cycle_becomes_shorter_gets_nothing_any_more() {
+fn robot_with_a_shorter_cycle_gets_no_more_commands() {
     let setting = Setting::docking();
     for (robot, cycle) in [(0, 2), (0, 1), (1, 2), (0, 3)] {
         let mut rig = Rig::new(&setting, Relay::default());
@@ -50,7 +50,7 @@ fn a_robot_whose_cycle_becomes_shorter_gets_nothing_any_more() {
 }
 
 #[test]
-fn a_controller_that_repeats_its_ipoc_outlives_a_stall() {
+fn controller_that_repeats_its_ipoc_survives_a_stall() {
     let setting = Setting::docking();
     for (stall, cause) in [(10, StopCause::Completed), (22, StopCause::UntakenAnswers)] {
         let mut rig = Rig::repeating(&setting);
@@ -61,24 +61,24 @@ fn a_controller_that_repeats_its_ipoc_outlives_a_stall() {
         assert!(last.robot_1.late_answers > 0 && last.robot_2.late_answers > 0);
         for robot in [0, 1] {
             let end = rig.network.borrow_mut().facility().fault(robot);
-            assert_eq!(end, Some("RSI was ended by the client"), "robot {} still listens at the end", robot + 1);
+            assert_eq!(end, Some("RSI was ended by the client"), "robot {} still accepts the end", robot + 1);
         }
         let share = rig.greatest_share(&setting.station.limits);
         assert!(share <= 1.05, "a stall of {stall} ms: {share} of a limit");
     }
 }
 
-/// Draws for one script.
+/// Random numbers of one script.
 struct Dice(u64, u32);
 
 impl Dice {
-    /// From 0 to 1.
+    /// Returns a number from 0 to 1.
     fn unit(&mut self) -> f64 {
         self.1 += 1;
         uniform(46, "faults", self.0, self.1)
     }
 
-    /// One of a list.
+    /// Returns one element of a list.
     fn one<T: Copy>(&mut self, of: &[T]) -> T {
         of[((self.unit() * of.len() as f64) as usize).min(of.len() - 1)]
     }
@@ -88,11 +88,11 @@ fn random_rule(dice: &mut Dice) -> RelayRule {
     let late = Nanos::from_micros((200.0 + 12_000.0 * dice.unit()) as i64);
     let fault = dice.one(&[Fault::Lose, Fault::Lose, Fault::Delay(late), Fault::Duplicate(late), Fault::Exchange]);
     let from = Nanos::from_micros((SPAN * 1e6 * dice.unit()) as i64);
-    // Most faults are short, some last.
+    // Most faults are short, some are long.
     let lasts = Nanos::from_micros((4e3 * 500.0_f64.powf(dice.unit())) as i64);
     RelayRule {
         endpoint: dice.one(&[Endpoint::Robot1, Endpoint::Robot2]),
-        way: dice.one(&[Way::Report, Way::Answer]),
+        direction: dice.one(&[Direction::Report, Direction::Answer]),
         from,
         until: from + lasts,
         every: dice.one(&[1, 1, 2, 3, 10]),
@@ -100,7 +100,7 @@ fn random_rule(dice: &mut Dice) -> RelayRule {
     }
 }
 
-/// Drives under random faults until so much time is over; how they ended, and the greatest share of a limit.
+/// Runs sessions under random faults for a time; returns their ends, and the greatest share of a limit.
 fn script(number: u64) -> (Vec<StopCause>, f64) {
     let (mut dice, mut time, mut share, mut causes) = (Dice(number, 0), 0.0, 0.0_f64, Vec::new());
     let setting = Setting::docking();
@@ -118,7 +118,7 @@ fn script(number: u64) -> (Vec<StopCause>, f64) {
                 26 + (100.0 * dice.unit()) as u64,
             )
         });
-        // A controller whose cycle changes, and that goes on counting.
+        // A controller whose cycle changes, and that continues its count.
         let other =
             (dice.unit() < 0.2).then(|| (SPAN * dice.unit(), dice.one(&[0, 1]), dice.one(&[1, 2, 3, 5, 8, 12])));
         let mut rig = Rig::new(&setting, Relay::new(rules.clone()));
@@ -157,9 +157,9 @@ fn script(number: u64) -> (Vec<StopCause>, f64) {
 }
 
 #[test]
-fn whatever_fails_on_the_way_no_robot_is_sent_beyond_its_limits() {
+fn no_link_fault_exceeds_robot_limits() {
     let scripts: u64 = sized(24, 1000);
-    // Half of the scripts each: a session keeps to its thread.
+    // Half of the scripts each: a session stays on its thread.
     let half = |first: u64| {
         let (mut stopped, mut share) = (0, 0.0_f64);
         for number in (first..scripts).step_by(2) {
@@ -178,68 +178,68 @@ fn whatever_fails_on_the_way_no_robot_is_sent_beyond_its_limits() {
     assert!(stopped > scripts as usize / 2, "faults that stop nothing: {stopped}");
 }
 
-/// What a drive is refused for.
+/// Returns the check that refuses a session.
 fn refused(mut rig: Rig) -> Check {
     assert_eq!(rig.finish().cause, StopCause::StartRefused);
     rig.session.core().refusal().expect("a reason")
 }
 
 #[test]
-fn a_sensor_with_a_bias_a_wrong_tool_or_its_weight_on_another_axis_is_refused() {
+fn sensor_with_bias_or_wrong_tool_is_refused() {
     let refusal = |change: fn(&mut Setting)| {
         let (mut there, setting) = (Setting::docking(), Setting::docking());
         change(&mut there);
         refused(Rig::with(&there, &setting, Relay::default()))
     };
     let heavy = refusal(|there| there.station.sensor.tool_mass = 60.0);
-    assert!(heavy.what == CheckKind::RestForce && heavy.value > 400.0, "{heavy:?}");
+    assert!(heavy.kind == CheckKind::RestForce && heavy.value > 400.0, "{heavy:?}");
     let biased = refusal(|there| there.bias.force.x += 1500.0);
-    assert!(biased.what == CheckKind::RestForce && biased.value > 1400.0, "{biased:?}");
+    assert!(biased.kind == CheckKind::RestForce && biased.value > 1400.0, "{biased:?}");
     let reversed = refusal(|there| turn_sensor(there, Quat { w: 0.0, v: vec3(0.0, 0.0, 1.0) }));
-    assert!(reversed.what == CheckKind::RestForce && reversed.value > 150.0, "{reversed:?}");
+    assert!(reversed.kind == CheckKind::RestForce && reversed.value > 150.0, "{reversed:?}");
     let permuted = refusal(|there| turn_sensor(there, Quat { w: 0.5, v: vec3(0.5, 0.5, 0.5) }));
-    assert!(permuted.what == CheckKind::RestForce && permuted.value > 120.0, "{permuted:?}");
+    assert!(permuted.kind == CheckKind::RestForce && permuted.value > 120.0, "{permuted:?}");
 }
 
 #[test]
-fn axes_of_the_sensor_exchanged_about_the_vertical_are_refused_in_a_second_attitude() {
+fn sensor_axes_exchanged_about_the_vertical_are_refused() {
     // At the start the sensor's +z axis is horizontal and its +x axis vertical, up or down: a quarter turn about it
-    // leaves the reading at rest as it is.
+    // does not change the reading at rest.
     let quarter = std::f64::consts::FRAC_PI_4;
     let (mut there, setting) = (Setting::docking(), Setting::docking());
     turn_sensor(&mut there, Quat { w: quarter.cos(), v: vec3(quarter.sin(), 0.0, 0.0) });
     let mut rig = Rig::with(&there, &setting, Relay::default());
     rig.finish();
     let refusal = rig.session.core().refusal().expect("a refusal");
-    assert_eq!(refusal.what, CheckKind::TurnedForce, "{refusal}");
-    // The weight of 12 kg turned by 15 degrees: 30.5 N on one axis expected, on another found.
+    assert_eq!(refusal.kind, CheckKind::TurnedForce, "{refusal}");
+    // The weight of 12 kg turned by 15 degrees: 30.5 N expected on one axis, measured on another.
     assert!((refusal.value - 43.2).abs() < 3.0, "{refusal}");
     let list = rig.session.core().checklist();
-    let first = list.checks().iter().find(|check| check.what == CheckKind::RestForce).expect("a check");
-    assert_eq!(first.answer(), CheckOutcome::Passed, "the first attitude shows nothing: {first}");
+    let first = list.checks().iter().find(|check| check.kind == CheckKind::RestForce).expect("a check");
+    assert_eq!(first.answer(), CheckOutcome::Passed, "the first attitude does not reveal it: {first}");
     assert!(rig.greatest_share(&rig.session.core().limits()) < 0.11, "the tool is turned at a tenth of the limits");
 }
 
 #[test]
-fn a_tool_is_weighed_in_two_attitudes_before_an_armed_run() {
+fn tool_is_weighed_in_two_attitudes_before_an_armed_run() {
     let mut rig = Rig::new(&Setting::docking(), Relay::default());
     assert_eq!(rig.finish().cause, StopCause::Completed);
     let checks = rig.session.core().checklist().checks();
     assert!(checks.iter().all(|check| check.answer() != CheckOutcome::Failed));
     for what in [CheckKind::TurnedForce, CheckKind::TurnedMoment] {
-        let check = checks.iter().find(|check| check.what == what).expect("a check");
+        let check = checks.iter().find(|check| check.kind == what).expect("a check");
         assert_eq!(check.answer(), CheckOutcome::Passed, "{check}");
     }
-    // Robot 1 comes back before the run.
+    // Robot 1 returns before the run.
     let phase = |phase: Phase| rig.records.iter().filter(move |record| record.phase == phase);
     let (before, after) = (phase(Phase::StartUp).next_back(), phase(Phase::Weighing).next_back());
-    let way =
+    let direction =
         |i: usize| (before.expect("a start").robot_1.position[i] - after.expect("an end").robot_1.position[i]).abs();
-    assert!((0..AXES).all(|i| way(i) < 1e-4), "{:?}", std::array::from_fn::<f64, AXES, _>(way));
+    assert!((0..AXES).all(|i| direction(i) < 1e-4), "{:?}", std::array::from_fn::<f64, AXES, _>(direction));
 }
 
 #[test]
-fn checks_alone_move_nothing_and_list_every_value_with_its_limit() {
+fn check_mode_moves_nothing_and_lists_every_check() {
     for armed in [true, false] {
         let setting = Setting { check_only: true, armed, ..Setting::docking() };
         let mut rig = Rig::new(&setting, Relay::default());
@@ -249,16 +249,16 @@ fn checks_alone_move_nothing_and_list_every_value_with_its_limit() {
         let checks = rig.session.core().checklist().checks();
         assert!(checks.iter().all(|check| check.answer() != CheckOutcome::Failed));
         for what in CheckKind::ALL {
-            let known = checks.iter().filter(|check| check.what == *what && !check.value.is_nan()).count();
+            let known = checks.iter().filter(|check| check.kind == *what && !check.value.is_nan()).count();
             let turned = matches!(what, CheckKind::TurnedForce | CheckKind::TurnedMoment);
-            // No torques are compared on this facility.
+            // This facility compares no torques.
             assert_eq!(known > 0, !turned && *what != CheckKind::Torques, "{}", what.row().id);
         }
     }
 }
 
 #[test]
-fn after_a_stop_in_contact_the_probe_is_moved_back_on_request_and_no_force_remains() {
+fn retraction_after_a_stop_in_contact_removes_the_force() {
     let limits = Setting::docking().station.limits;
     for (retract, least_distance) in [(0.0, f64::NEG_INFINITY), (0.03, 0.02)] {
         let mut setting = Setting { retract, ..Setting::docking() };
@@ -266,9 +266,9 @@ fn after_a_stop_in_contact_the_probe_is_moved_back_on_request_and_no_force_remai
         let mut rig = Rig::new(&setting, Relay::default());
         let last = *rig.finish();
         assert_eq!(last.cause, StopCause::ForceLimit);
-        let way = rig.session.core().retracted();
-        assert_eq!(way.is_some(), retract > 0.0);
-        assert!((way.unwrap_or(0.0) - retract).abs() < 1e-9, "{way:?}");
+        let direction = rig.session.core().retracted();
+        assert_eq!(direction.is_some(), retract > 0.0);
+        assert!((direction.unwrap_or(0.0) - retract).abs() < 1e-9, "{direction:?}");
         let force = last.ft.compensated.force.norm();
         assert!(retract == 0.0 || force < 5.0, "{force} N remain");
         let stop = rig.records.iter().find(|record| record.cause != StopCause::None).expect("a stop");
@@ -279,12 +279,12 @@ fn after_a_stop_in_contact_the_probe_is_moved_back_on_request_and_no_force_remai
 }
 
 #[test]
-fn a_long_retract_that_is_stopped_ramps_down_like_any_motion() {
+fn stopped_retraction_ramps_down() {
     let mut setting = Setting { retract: 0.3, ..Setting::docking() };
     setting.with_rules(|rules| rules.force = 10.0);
     let mut rig = Rig::new(&setting, Relay::default());
     let stopped = |rig: &Rig| rig.session.core().stopped().map(|(time, _)| time);
-    // Longer after the stop than a ramp may take, in the middle of the way back.
+    // Longer after the stop than a ramp may take, in the middle of the retraction.
     while stopped(&rig).is_none_or(|time| (rig.session.record().time - time).seconds() < 15.0) {
         assert!(!rig.cycle(), "{:?}", rig.session.record().cause);
     }
@@ -297,18 +297,18 @@ fn a_long_retract_that_is_stopped_ramps_down_like_any_motion() {
     let ends = ramp.iter().position(|r| r.robot_1.order == OrderKind::End).expect("the protocol's end");
     assert!(ends > 1, "a ramp before the end: {ends} cycles");
     assert_eq!(ramp[ends].robot_1.command, ramp[ends - 1].robot_1.command, "at rest at the end");
-    assert!(rig.session.core().retracted().is_some_and(|way| way > 0.05 && way < 0.29));
+    assert!(rig.session.core().retracted().is_some_and(|direction| direction > 0.05 && direction < 0.29));
     assert!(rig.greatest_share(&setting.station.limits) <= 1.0 + 1e-6);
 }
 
-/// The sensor stands otherwise than the file says.
+/// The sensor is mounted differently than the file states.
 fn turn_sensor(there: &mut Setting, by: Quat<f64>) {
     let frame = &mut there.station.sensor.frame;
     frame.attitude = frame.attitude.compose(by);
 }
 
 #[test]
-fn a_robot_that_is_moved_while_it_shall_stay_ends_the_start_up() {
+fn foreign_motion_ends_the_start_up() {
     let mut rig = Rig::new(&Setting::docking(), Relay::default());
     for _ in 0..40 {
         assert!(!rig.cycle());
@@ -316,25 +316,25 @@ fn a_robot_that_is_moved_while_it_shall_stay_ends_the_start_up() {
     // RSI ends, axis 2 is jogged by 3 degrees, RSI begins again from the same address.
     rig.jog(0, 1, 3.0_f64.to_radians(), 30);
     let refusal = refused(rig);
-    assert_eq!((refusal.what, refusal.robot, refusal.axis), (CheckKind::Still, Some(0), Some(1)));
+    assert_eq!((refusal.kind, refusal.robot, refusal.axis), (CheckKind::Still, Some(0), Some(1)));
     assert!((refusal.value.to_degrees() - 3.0).abs() < 0.1, "{refusal}");
 }
 
 #[test]
-fn a_robot_that_does_not_move_is_noticed_by_its_tool() {
+fn blocked_robot_is_detected_by_its_tool_error() {
     let mut rig = Rig::new(&Setting::docking(), Relay::default());
     rig.run_for(0.2);
     rig.network.borrow_mut().facility().hold_axis(0, Some(1));
     let cause = rig.finish().cause;
     assert_eq!(cause, StopCause::Tracking);
     let (_, alarm) = rig.session.core().stopped().expect("a stop");
-    let found = alarm.found.expect("what was found");
+    let found = alarm.violation.expect("a value beyond its limit");
     assert_eq!((found.robot, found.unit), (Some(0), "m"));
     assert!(found.value < 0.02, "stopped {} m away", found.value);
 }
 
 #[test]
-fn a_peak_between_two_cycles_stops_the_session() {
+fn force_peak_between_two_cycles_stops_the_session() {
     for before_the_tare in [false, true] {
         let mut rig = Rig::new(&Setting::docking(), Relay::default());
         if before_the_tare {
@@ -352,7 +352,7 @@ fn a_peak_between_two_cycles_stops_the_session() {
 }
 
 #[test]
-fn a_sensor_that_goes_blind_is_noticed_before_the_parts_are_pushed_through_each_other() {
+fn blind_sensor_stops_the_session_before_deep_overlap() {
     let campaign = campaign("probe_drogue.toml");
     for run in [2, 6, 9] {
         let setting = Setting::draw(&campaign, run);
@@ -368,7 +368,7 @@ fn a_sensor_that_goes_blind_is_noticed_before_the_parts_are_pushed_through_each_
 }
 
 #[test]
-fn a_force_without_contact_stops_the_session() {
+fn force_without_contact_stops_the_session() {
     let mut rig = Rig::new(&Setting::docking(), Relay::default());
     rig.run_for(0.1);
     rig.network.borrow_mut().facility().knock(80.0);
@@ -379,7 +379,7 @@ fn a_force_without_contact_stops_the_session() {
 }
 
 #[test]
-fn armed_robots_wait_for_go_and_for_every_check_until_then() {
+fn armed_robots_wait_for_go_under_continued_checks() {
     let waiting = || {
         let mut rig = Rig::waiting(&Setting::docking());
         while rig.session.record().phase != Phase::Ready {
@@ -387,10 +387,10 @@ fn armed_robots_wait_for_go_and_for_every_check_until_then() {
         }
         rig
     };
-    // A minute: nothing moves, and a lost packet is forgiven.
+    // A minute: nothing moves, and a lost packet is tolerated.
     let mut rig = waiting();
     let from = rig.session.record().time;
-    rig.network.borrow_mut().relay.add(rule(Endpoint::Robot1, Way::Report, from, 1, Fault::Lose));
+    rig.network.borrow_mut().relay.add(rule(Endpoint::Robot1, Direction::Report, from, 1, Fault::Lose));
     for _ in 0..15_000 {
         assert!(!rig.cycle());
     }
@@ -398,20 +398,20 @@ fn armed_robots_wait_for_go_and_for_every_check_until_then() {
     assert_eq!(rig.greatest_share(&Setting::docking().station.limits), 0.0, "nothing has moved");
     rig.session.go();
     assert_eq!(rig.finish().cause, StopCause::Completed);
-    // What changes meanwhile ends the start-up.
+    // A later change ends the start-up.
     let mut rig = waiting();
     rig.jog(1, 3, 0.02, 20);
     let refusal = refused(rig);
-    assert_eq!((refusal.what, refusal.robot, refusal.axis), (CheckKind::Still, Some(1), Some(3)));
+    assert_eq!((refusal.kind, refusal.robot, refusal.axis), (CheckKind::Still, Some(1), Some(3)));
 }
 
 #[test]
-fn a_robot_with_another_cycle_is_named_by_its_number() {
+fn robot_with_another_cycle_is_named() {
     for robot in [0, 1] {
         let mut rig = Rig::waiting(&Setting::docking());
         rig.with_cycle(robot, Nanos::from_millis(12));
         let refusal = refused(rig);
-        assert_eq!(refusal.what, CheckKind::Period, "{refusal}");
+        assert_eq!(refusal.kind, CheckKind::Period, "{refusal}");
         let (number, measured, wanted) = (refusal.robot.expect("a robot") + 1, refusal.value, refusal.limit);
         assert_eq!(number, robot + 1);
         assert!((measured - 12e-3).abs() < 1e-4 && wanted == 4e-3, "{refusal:?}");

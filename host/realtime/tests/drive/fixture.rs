@@ -1,4 +1,4 @@
-//! An emulated facility behind RSI and Net F/T in virtual time, and a drive on it.
+//! An emulated facility behind RSI and Net F/T in virtual time, with a session.
 
 use softdock_campaign::station::AxisLimits;
 use softdock_campaign::{Campaign, Station};
@@ -28,13 +28,13 @@ use softdock_realtime::protocol::rsi::tags::TagMap;
 use softdock_realtime::signals::AXES;
 use softdock_realtime::signals::Links;
 use softdock_realtime::time::Nanos;
-use softdock_realtime::wire::relay::{Endpoint, Fault, Relay, RelayRule, Way};
+use softdock_realtime::wire::relay::{Direction, Endpoint, Fault, Relay, RelayRule};
 use std::cell::RefCell;
 use std::path::PathBuf;
 use std::rc::Rc;
 use std::sync::Arc;
 
-/// Corrections travel with six decimals of a degree; a millimetre's are finer.
+/// Corrections have six decimals of a degree on the wire; those of a millimetre are finer.
 pub(crate) const QUANTUM: f64 = 1e-6 * std::f64::consts::PI / 180.0;
 /// Period of the sensor's samples.
 const SAMPLES: Nanos = Nanos::from_millis(1);
@@ -42,7 +42,7 @@ const SAMPLES: Nanos = Nanos::from_millis(1);
 pub(crate) const CYCLE: Nanos = Nanos::from_millis(4);
 /// Cycle of a robot 2 that is faster than the master.
 pub(crate) const SHORT_CYCLE: Nanos = Nanos::from_millis(1);
-/// Robot 2's cycles begin so long after robot 1's.
+/// Delay of robot 2's cycles after robot 1's.
 const PHASE: Nanos = Nanos::from_micros(1500);
 
 pub(crate) fn shipped(file: &str) -> PathBuf {
@@ -57,7 +57,7 @@ pub(crate) fn station() -> Station {
     Station::load(&shipped("facilities/reference.toml")).expect("the shipped facility")
 }
 
-/// What the sensor reads without weight and contact.
+/// Reading of the sensor without weight and contact.
 pub(crate) fn bias() -> Wrench<f64> {
     Wrench { force: vec3(12.0, -7.0, 30.0), moment: vec3(0.5, 0.2, -0.4) }
 }
@@ -73,9 +73,9 @@ pub(crate) struct Setting {
     pub(crate) armed: bool,
     pub(crate) to_start: bool,
     pub(crate) check_only: bool,
-    /// Way back after a stop \[m\].
+    /// Retraction distance after a stop \[m\].
     pub(crate) retract: f64,
-    /// What the sensor reads without weight and contact.
+    /// Reading of the sensor without weight and contact.
     pub(crate) bias: Wrench<f64>,
 }
 
@@ -103,7 +103,7 @@ impl Setting {
         }
     }
 
-    /// With other rules, of the scenario and of the facility.
+    /// Replaces the rules of the scenario and of the facility.
     pub(crate) fn with_rules(&mut self, change: impl FnOnce(&mut SessionRules)) {
         change(&mut self.station.rules);
         let mut model = (**self.plant).clone();
@@ -140,13 +140,13 @@ fn krc(endpoint: Endpoint) -> KrcSettings {
     KrcSettings::new(tags(endpoint), our_address(endpoint))
 }
 
-/// A fault on a link for so many of its datagrams, the first in the cycle after this time.
-pub(crate) fn rule(endpoint: Endpoint, way: Way, from: Nanos, cycles: i64, fault: Fault) -> RelayRule {
-    // Half a cycle more: the next reports come a cycle after the one that is being answered.
-    RelayRule { endpoint, way, from, until: from + CYCLE * cycles + Nanos(CYCLE.0 / 2), every: 1, fault }
+/// Creates a fault for a number of datagrams of a link, the first in the cycle after this time.
+pub(crate) fn rule(endpoint: Endpoint, direction: Direction, from: Nanos, cycles: i64, fault: Fault) -> RelayRule {
+    // Half a cycle more: the next reports arrive a cycle after the one being answered.
+    RelayRule { endpoint, direction, from, until: from + CYCLE * cycles + Nanos(CYCLE.0 / 2), every: 1, fault }
 }
 
-/// Robot 1 stands on a rail, robot 2 does not.
+/// Robot 1 has a rail, robot 2 has none.
 pub(crate) fn tags(endpoint: Endpoint) -> TagMap {
     if endpoint == Endpoint::Robot1 { TagMap::im_free().with_rail() } else { TagMap::im_free() }
 }
@@ -167,7 +167,7 @@ pub(crate) fn farm_run(plant: &Plant, seed: u64, run: u64, params: Params<f64>) 
     with_joints!(plant.joints(), step(plant, seed, run, params))
 }
 
-/// A drive over the protocols in virtual time.
+/// A session over the protocols in virtual time.
 pub(crate) struct Rig {
     pub(crate) session: Session,
     pub(crate) network: Rc<RefCell<Network>>,
@@ -176,26 +176,26 @@ pub(crate) struct Rig {
 }
 
 impl Rig {
-    /// Everything wired up; with `armed` the commands go to the network's robots, else to emulated ones in process.
+    /// Connects a rig; if `armed`, the commands go to the network's robots, else to emulated ones in process.
     pub(crate) fn new(setting: &Setting, relay: Relay) -> Self {
         Self::with(setting, setting, relay)
     }
 
-    /// The same with a facility other than the file says.
+    /// Connects a rig with a facility that differs from the file.
     pub(crate) fn with(there: &Setting, setting: &Setting, relay: Relay) -> Self {
         let mut rig = Self::before_go(there, setting, relay, |_, _| {});
         rig.session.go();
         rig
     }
 
-    /// The same with controllers that repeat their IPOC until it is answered, as the ROS-Industrial simulator does.
+    /// Connects a rig whose controllers repeat their IPOC until it is answered, as the ROS-Industrial simulator does.
     pub(crate) fn repeating(setting: &Setting) -> Self {
         let mut rig = Self::before_go(setting, setting, Relay::default(), |_, settings| settings.repeats = true);
         rig.session.go();
         rig
     }
 
-    /// The same with a robot 2 of its own, shorter cycle.
+    /// Connects a rig whose robot 2 has a shorter cycle.
     pub(crate) fn mixed(setting: &Setting) -> Self {
         let mut rig = Self::before_go(setting, setting, Relay::default(), |endpoint, settings| {
             if endpoint == Endpoint::Robot2 {
@@ -206,7 +206,7 @@ impl Rig {
         rig
     }
 
-    /// A drive whose robots wait for GO.
+    /// Connects a rig whose robots wait for GO.
     pub(crate) fn waiting(setting: &Setting) -> Self {
         Self::before_go(setting, setting, Relay::default(), |_, _| {})
     }
@@ -227,7 +227,7 @@ impl Rig {
         Self::on(network, clock, setting, |endpoint| settings(endpoint).tags)
     }
 
-    /// A drive on a facility that is there.
+    /// Connects a rig to an existing facility.
     fn on(network: Rc<RefCell<Network>>, clock: Virtual, setting: &Setting, tags: impl Fn(Endpoint) -> TagMap) -> Self {
         let robot = |endpoint| {
             let port = NetworkPort::new(&network, endpoint);
@@ -250,7 +250,7 @@ impl Rig {
         Self { session: session.expect("a drive"), network, records: Vec::new(), clock: time }
     }
 
-    /// Another drive on the same facility, whose clock goes on; the one before is gone, as a killed process is.
+    /// Starts another session on the same facility, whose clock continues; the previous one ends like a killed process.
     pub(crate) fn again(self, setting: &Setting) -> Self {
         let Self { network, clock, session, .. } = self;
         drop(session);
@@ -259,17 +259,18 @@ impl Rig {
         rig
     }
 
-    /// Greatest share of a limit that the steps of both robots' set-points have used.
+    /// Returns the greatest share of a limit that the set-point steps of both robots have used.
     pub(crate) fn greatest_share(&self, limits: &[AxisLimits; AXES]) -> f64 {
         let mut network = self.network.borrow_mut();
         let shares = [0, 1].map(|robot| {
             let facility = network.facility();
-            greatest_share(facility.set_points(robot), facility.kept_in_motion(robot), limits)
+            greatest_share(facility.set_points(robot), facility.begins_in_motion(robot), limits)
         });
         shares[0].max(shares[1])
     }
 
-    /// The controller of a robot (0 or 1) ends its session, the axis is jogged, and after some cycles it begins another.
+    /// The controller of robot 0 or 1 ends its session, the axis is jogged, and after some cycles another session
+    /// begins.
     pub(crate) fn jog(&mut self, robot: usize, axis: usize, by: f64, cycles: u64) {
         let settings = krc(ROBOTS[robot]);
         let first_ipoc = settings.first_ipoc + self.session.record().time.0 as u64 / 1_000_000 + 4 * cycles;
@@ -277,7 +278,7 @@ impl Rig {
         self.network.borrow_mut().facility().begin_again(robot, krc, axis, by, CYCLE * cycles as i64);
     }
 
-    /// The controller of a robot (0 or 1) has another cycle than the drive is configured for.
+    /// The controller of robot 0 or 1 has another cycle than configured.
     pub(crate) fn with_cycle(&mut self, robot: usize, cycle: Nanos) {
         let mut settings = krc(ROBOTS[robot]);
         settings.tags.cycle = cycle;
@@ -285,24 +286,24 @@ impl Rig {
         self.network.borrow_mut().facility().begin_again(robot, krc, 0, 0.0, Nanos(0));
     }
 
-    /// The controller of a robot (0 or 1) goes on with another cycle.
+    /// Changes the cycle of the controller of robot 0 or 1.
     pub(crate) fn change_cycle(&mut self, robot: usize, cycle: Nanos) {
         self.network.borrow_mut().facility().change_cycle(robot, cycle);
     }
 
-    /// The program stands still for a time.
+    /// Stalls the program for a time.
     pub(crate) fn stall(&mut self, time: Nanos) {
         self.clock.sleep_until(self.clock.now() + time);
     }
 
-    /// One cycle; whether the session is over.
+    /// Runs one cycle; returns whether the session is over.
     pub(crate) fn cycle(&mut self) -> bool {
         let over = self.session.cycle(None);
         self.records.push(*self.session.record());
         over
     }
 
-    /// To its end; a session that never ends is an error.
+    /// Runs to the end; a session that does not end is an error.
     pub(crate) fn finish(&mut self) -> &CycleRecord {
         for _ in 0..40_000 {
             if self.cycle() {
@@ -312,7 +313,7 @@ impl Rig {
         panic!("the session does not end: {:?}", self.session.record().phase)
     }
 
-    /// Goes on until the run itself has lasted so long \[s\].
+    /// Runs until the run itself has lasted this time \[s\].
     pub(crate) fn run_for(&mut self, seconds: f64) {
         while (self.session.record().tick as f64) * 1e-3 < seconds {
             assert!(
@@ -325,13 +326,14 @@ impl Rig {
     }
 }
 
-/// Greatest share of a limit that the steps of a robot's set-point use: speed, acceleration and jerk.
+/// Returns the greatest share of a limit that the steps of a robot's set-point use: speed, acceleration and jerk.
 ///
-/// Set-points that begin `in_motion` are judged from the third step on, others from rest. A cycle without an answer in time is held by the controller itself, at rest; what comes then is judged from there.
+/// Set-points that begin `in_motion` are judged from the third step on, others from rest. After a cycle without an
+/// answer in time the controller holds at rest; later steps are judged from there.
 pub(crate) fn greatest_share(seen: &[SetPoint], in_motion: bool, limits: &[AxisLimits; AXES]) -> f64 {
     let (mut most, mut speed, mut acceleration) = (0.0_f64, [0.0; AXES], [0.0; AXES]);
     for (n, three) in seen.array_windows::<3>().enumerate() {
-        // In motion the first two steps give the speed and the acceleration from which the others are judged.
+        // In motion the first two steps give the speed and acceleration from which the others are judged.
         let first = in_motion && n < 2;
         let h = (three[2].at - three[1].at).seconds();
         let held = three[1].late_answers > three[0].late_answers;
@@ -344,7 +346,7 @@ pub(crate) fn greatest_share(seen: &[SetPoint], in_motion: bool, limits: &[AxisL
             }
             let faster = step / h - speed[i];
             let jerk = faster / h - acceleration[i];
-            // What rounding on the wire may add.
+            // Tolerance of rounding on the wire.
             let beyond =
                 |value: f64, order: i32| (value.abs() - 4.0_f64.powi(order) * QUANTUM / h.powi(order)).max(0.0);
             let shares = [

@@ -1,4 +1,4 @@
-//! A drive of emulated robots in virtual time: the same loop as the farm's.
+//! A session of emulated robots in virtual time: the same loop as the farm's.
 
 use crate::fixture::{Setting, bias, campaign, farm_run, station};
 use softdock_campaign::criteria::succeeds;
@@ -18,10 +18,10 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 #[test]
-fn the_two_halves_of_a_run_give_the_farms_bits() {
+fn computer_and_facility_reproduce_the_farm_bit_for_bit() {
     for (file, runs) in [("smoke.toml", 0..6), ("smoke_joint.toml", 0..2), ("probe_drogue.toml", 0..3)] {
         let campaign = campaign(file);
-        // The computer alone stops by no rule.
+        // The computer alone has no stop rules.
         let mut model = campaign.scenario.model.clone();
         model.facility.rules = SessionRules::NONE;
         if let Some(robots) = &mut model.facility.session_robots {
@@ -64,7 +64,7 @@ fn the_two_halves_of_a_run_give_the_farms_bits() {
 }
 
 #[test]
-fn a_drive_in_virtual_time_docks_as_the_farm_does() {
+fn session_in_virtual_time_agrees_with_the_farm() {
     let Setting { seed, plant, run, params, .. } = Setting::docking();
     let station = Arc::new(station());
     let farm = farm_run(&plant, seed, run, params);
@@ -85,7 +85,7 @@ fn a_drive_in_virtual_time_docks_as_the_farm_does() {
     assert_eq!(phases.first(), Some(&Phase::StartUp));
     assert!(phases.contains(&Phase::Contact), "{phases:?}");
     assert!(phases.ends_with(&[Phase::Stopping, Phase::Stopped]), "{phases:?}");
-    // The farm's robots begin in motion, these from rest: the start's transient is the difference.
+    // The farm's robots begin in motion, these from rest: the start transient is the difference.
     let metrics = session.core().metrics();
     assert_eq!(farm.stop, None);
     assert!(succeeds(&plant.task, &metrics) && succeeds(&plant.task, &farm.hil));

@@ -1,7 +1,7 @@
-//! Draws of the docking campaign over RSI and Net F/T on real sockets, in real time, against the farm's rows.
+//! Draws of the docking campaign over RSI and Net F/T on sockets, in real time, compared with the farm's rows.
 //!
-//! The robots' cycle is 4 ms here and 1 ms in the scenario, which is some milliseconds more dead time, and the sensor's
-//! noise is another one. So the draws are those whose outcome depends on neither, and stop times are not compared.
+//! The robots' cycle is 4 ms here and 1 ms in the scenario, which adds some milliseconds of dead time, and the sensor
+//! noise differs. The draws are those whose outcome depends on neither; stop times are not compared.
 
 use crate::fixture::{Setting, campaign, farm_run};
 use softdock_campaign::criteria::first_breach;
@@ -22,18 +22,18 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 
 const CYCLE: Nanos = Nanos::from_millis(4);
-/// A cycle of the drive or of the facility that begins so late is a disturbance.
+/// Lateness of a cycle of the session or the facility that counts as a disturbance.
 const LATE: Nanos = Nanos::from_millis(1);
-/// A time that never comes.
+/// A time in the unreachable future.
 const FOREVER: Nanos = Nanos(i64::MAX / 4);
-/// Draws that are compared: the shortest session that is stopped and the shortest that passes, then the rest.
+/// Compared draws: the shortest session that is stopped and the shortest that passes, then the rest.
 const DRAWS: [u64; 10] = [6, 10, 0, 1, 2, 3, 4, 7, 8, 9];
-/// Dead times by which the outcome may not change \[s\].
+/// Dead times that must not change the outcome \[s\].
 const MORE_DELAY: [f64; 3] = [0.0, 2e-3, 4e-3];
-/// A session that the machine has disturbed is repeated until so many have been driven.
+/// Greatest number of repeats of a session that the machine has disturbed.
 const MOST_SESSIONS: usize = 5;
 
-/// The outcome of a run and its cause.
+/// Returns outcome and cause of a run.
 fn ended(plant: &Plant, stop: Option<Stop>, metrics: &Metrics<f64>) -> String {
     match (stop, first_breach(&plant.task, metrics)) {
         (Some(stop), _) => format!("stopped by {}", stop.rule.row().id),
@@ -42,7 +42,7 @@ fn ended(plant: &Plant, stop: Option<Stop>, metrics: &Metrics<f64>) -> String {
     }
 }
 
-/// A session over the sockets.
+/// A session over sockets.
 struct Driven {
     ended: String,
     /// Time of the run at its end \[s\].
@@ -52,7 +52,7 @@ struct Driven {
     disturbances: u64,
 }
 
-/// Drives a draw in real time, its facility in a thread beside.
+/// Runs a draw in real time, with its facility in another thread.
 fn drive(setting: &Setting) -> Driven {
     let (mut facility, mut sockets, links) = rsi(setting.world(), CYCLE).expect("sockets");
     let (stop, mut lateness) = (AtomicBool::new(false), Histogram::default());
@@ -80,9 +80,9 @@ fn drive(setting: &Setting) -> Driven {
     driven
 }
 
-/// Whether a session of a draw ends as the farm's run does; not if the machine has disturbed all of them.
+/// Returns whether a session of a draw ends as the farm's run; `false` if the machine has disturbed all of them.
 ///
-/// A session that ends otherwise without a disturbance is an error.
+/// A session that ends differently without a disturbance is an error.
 fn is_alike(setting: &Setting) -> bool {
     let Setting { seed, plant, run, params, .. } = setting;
     let farm = farm_run(plant, *seed, *run, *params);
@@ -95,26 +95,26 @@ fn is_alike(setting: &Setting) -> bool {
     for session in 1..=MOST_SESSIONS {
         let driven = drive(setting);
         let Driven { ended, time, disturbances, cause } = &driven;
-        let said = format!(
+        let message = format!(
             "run {run}: farm {expected} at {:.3} s, session {session} {ended} at {time:.3} s ({cause:?}), {disturbances} disturbances",
             farm.hil.end_time
         );
-        println!("{said}");
+        println!("{message}");
         if *ended == expected && (*cause == StopCause::Completed) == farm.stop.is_none() {
             return true;
         }
-        assert!(*disturbances > 0, "{said}");
+        assert!(*disturbances > 0, "{message}");
     }
     false
 }
 
 #[test]
-fn sessions_over_rsi_on_loopback_end_as_the_farms_runs_of_the_same_draws() {
+fn sessions_over_rsi_on_loopback_agree_with_the_farm() {
     let campaign = campaign("probe_drogue.toml");
     let settings: Vec<Setting> = first(2, DRAWS)
         .map(|run| {
             let mut setting = Setting::draw(&campaign, run);
-            // A busy machine loses cycles by the dozen; what counts here is how the run ends.
+            // A busy machine loses dozens of cycles; only the end of the run is compared.
             let links = &mut setting.station.links;
             (links.hold_cycles, links.stop_cycles, links.window_cycles, links.catch_up) = (100, 200, 10_000, 10.0);
             links.tracking = Tracking { distance: 1.0, angle: 1.0, time: 1.0 };
@@ -126,6 +126,6 @@ fn sessions_over_rsi_on_loopback_end_as_the_farms_runs_of_the_same_draws() {
         draws.into_iter().map(|draw| draw.join().expect("no session ends otherwise")).collect()
     });
     let found = alike.iter().filter(|alike| **alike).count();
-    // A machine that disturbs every session shows nothing; a quiet one shows all draws alike.
+    // A machine that disturbs every session proves nothing; a quiet one shows all draws alike.
     assert!(2 * found >= alike.len(), "only {found} of {} draws had a session without a disturbance", alike.len());
 }

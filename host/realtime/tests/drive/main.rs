@@ -1,4 +1,4 @@
-//! Whole drives in virtual time: in process, over the protocols, and with everything that can go wrong on the way.
+//! Sessions in virtual time: in process, over the protocols, with all faults.
 
 mod checks;
 mod delay;

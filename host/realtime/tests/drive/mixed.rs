@@ -1,4 +1,4 @@
-//! A robot with a cycle of 1 ms under a master with one of 4 ms: what it sees is a motion, no staircase.
+//! A robot with a cycle of 1 ms under a master with one of 4 ms moves smoothly.
 
 use crate::fixture::{CYCLE, QUANTUM, Rig, SHORT_CYCLE, Setting, greatest_share};
 use softdock_realtime::emulation::facility::SetPoint;
@@ -11,7 +11,7 @@ fn accelerations(seen: &[SetPoint], axis: usize, cycle: f64) -> Vec<f64> {
     seen.array_windows::<3>().map(|three| change(three) / (cycle * cycle)).collect()
 }
 
-/// How often the acceleration of an axis changes its sign from one cycle to the next, beyond rounding on the wire.
+/// Number of sign changes of an axis' acceleration between cycles, beyond rounding on the wire.
 fn reversals(seen: &[SetPoint], axis: usize, cycle: f64) -> usize {
     let noise = 8.0 * QUANTUM / (cycle * cycle);
     let accelerations = accelerations(seen, axis, cycle);
@@ -20,7 +20,7 @@ fn reversals(seen: &[SetPoint], axis: usize, cycle: f64) -> usize {
 }
 
 #[test]
-fn a_robot_of_1_ms_under_a_master_of_4_ms_sees_no_staircase() {
+fn robot_of_1_ms_under_a_master_of_4_ms_moves_smoothly() {
     let setting = Setting::docking();
     let mut rig = Rig::mixed(&setting);
     let last = *rig.finish();
@@ -34,8 +34,8 @@ fn a_robot_of_1_ms_under_a_master_of_4_ms_sees_no_staircase() {
         let turns: Vec<usize> = (0..AXES).map(|axis| reversals(seen, axis, cycle.seconds())).collect();
         println!("robot {}: {} cycles, {share:.3} of a limit, reversals {turns:?}", robot + 1, seen.len());
         assert!(share <= 1.05, "robot {}: {share} of a limit", robot + 1);
-        // The master's own path turns with the noise of the measured force, by less than that of the wire at 1 ms.
-        // A stop from a motion that speeds up is a turn of its own; a staircase has hundreds.
+        // The master's own path turns with the noise of the measured force, by less than that of the wire at 1 ms. A
+        // stop from an accelerating motion is one turn; a staircase has hundreds.
         assert!(robot == 0 || turns.iter().all(|turns| *turns <= 2), "robot {}: {turns:?}", robot + 1);
     }
 }

@@ -6,7 +6,7 @@ use softdock_realtime::log::codes::StopCause;
 use softdock_realtime::wire::relay::Relay;
 
 #[test]
-fn a_docking_over_rsi_and_net_ft_ends_in_capture() {
+fn docking_over_rsi_and_net_ft_ends_in_capture() {
     let mut rig = Rig::new(&Setting::docking(), Relay::default());
     let last = *rig.finish();
     assert_eq!(rig.session.core().refusal(), None);

@@ -1,4 +1,4 @@
-//! A drive's log played again gives its decisions back bit for bit; a changed input shows.
+//! A replayed log reproduces its decisions bit for bit; a changed input shows.
 
 use crate::fixture::{Rig, Setting};
 use softdock_realtime::drive::replay::{Replayed, Unplayed, replay};
@@ -9,15 +9,15 @@ use softdock_realtime::log::record::CycleRecord;
 use softdock_realtime::log::writer::{Handed, LogWriter};
 use softdock_realtime::signals::Capabilities;
 use softdock_realtime::time::Nanos;
-use softdock_realtime::wire::relay::{Endpoint, Fault, Relay, RelayRule, Way};
+use softdock_realtime::wire::relay::{Direction, Endpoint, Fault, Relay, RelayRule};
 
-/// Records through an MCAP file and back.
+/// Writes records to an MCAP file and reads them back.
 fn logged(records: &[CycleRecord]) -> Vec<CycleRecord> {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("drive.mcap");
     let mut log = LogWriter::create(&path, &Setup::default()).expect("a log");
     for record in records {
-        // The ring is full when a whole drive comes at once: the thread gets its time.
+        // The ring is full when a whole session arrives at once: the thread gets time.
         while log.push(*record) != Handed::Over {
             std::thread::sleep(std::time::Duration::from_millis(20));
         }
@@ -41,7 +41,7 @@ fn assert_equal(replayed: &Replayed, records: &[CycleRecord]) {
 }
 
 #[test]
-fn a_docking_over_rsi_replays_bit_for_bit_from_its_log() {
+fn docking_over_rsi_replays_bit_for_bit() {
     let setting = Setting::docking();
     let mut rig = Rig::new(&setting, Relay::default());
     assert_eq!(rig.finish().cause, StopCause::Completed);
@@ -49,7 +49,7 @@ fn a_docking_over_rsi_replays_bit_for_bit_from_its_log() {
     assert_eq!(records.len(), rig.records.len());
     assert_equal(&played(&setting, &rig, &records), &records);
 
-    // One input, one unit in the last place, while the run goes on.
+    // One input, one unit in the last place, during the run.
     let at = records.iter().position(|record| record.tick > 1000).expect("a run");
     let axis = &mut records[at].robot_1.position[0];
     *axis = axis.next_up();
@@ -63,16 +63,16 @@ fn a_docking_over_rsi_replays_bit_for_bit_from_its_log() {
 }
 
 #[test]
-fn a_log_without_a_cycle_is_an_error_and_records_behind_the_end_are_a_difference() {
+fn empty_log_is_an_error_and_records_after_the_end_differ() {
     let setting = Setting::docking();
     let mut rig = Rig::new(&setting, Relay::default());
     rig.run_for(0.2);
     let mut records = rig.records.clone();
     let nothing = replay(setting.task(), capabilities(&rig), std::iter::empty());
     assert_eq!(nothing, Err(Unplayed::NoCycle));
-    assert!(nothing.expect_err("nothing").to_string().contains("holds no cycle, so that nothing was compared"));
+    assert!(nothing.expect_err("nothing").to_string().contains("holds no cycle"));
     assert_equal(&played(&setting, &rig, &records), &records);
-    // A cycle that stands twice is the session's own end, and nothing follows it.
+    // A repeated cycle is the session's own end; no cycle may follow.
     let middle = records.len() / 2;
     records.insert(middle, records[middle - 1]);
     let replayed = played(&setting, &rig, &records);
@@ -81,7 +81,7 @@ fn a_log_without_a_cycle_is_an_error_and_records_behind_the_end_are_a_difference
 }
 
 #[test]
-fn a_dry_run_replays_bit_for_bit() {
+fn dry_run_replays_bit_for_bit() {
     let setting = Setting { armed: false, ..Setting::docking() };
     let mut rig = Rig::new(&setting, Relay::default());
     rig.run_for(1.0);
@@ -97,21 +97,22 @@ fn lost_packets_and_a_silent_sensor_replay_bit_for_bit() {
     let mut setting = Setting::docking();
     (setting.station.links.window_cycles, setting.station.links.catch_up) = (1000, 10.0);
     let (from, until) = (Nanos::from_millis(2_000), Nanos::from_millis(600_000));
-    let lossy = |endpoint, way, every| RelayRule { endpoint, way, from, until, every, fault: Fault::Lose };
-    let relay = Relay::new([lossy(Endpoint::Robot1, Way::Report, 37), lossy(Endpoint::Robot2, Way::Answer, 23)]);
+    let lossy = |endpoint, direction, every| RelayRule { endpoint, direction, from, until, every, fault: Fault::Lose };
+    let relay =
+        Relay::new([lossy(Endpoint::Robot1, Direction::Report, 37), lossy(Endpoint::Robot2, Direction::Answer, 23)]);
     let mut rig = Rig::new(&setting, relay);
     rig.run_for(1.0);
     let now = rig.session.record().time;
-    rig.network.borrow_mut().relay.add(RelayRule { from: now, ..lossy(Endpoint::Sensor, Way::Report, 1) });
+    rig.network.borrow_mut().relay.add(RelayRule { from: now, ..lossy(Endpoint::Sensor, Direction::Report, 1) });
     let cause = rig.finish().cause;
     assert!(matches!(cause, StopCause::SensorStale | StopCause::LinkFault), "{cause:?}");
-    assert!(rig.records.iter().any(|record| record.broken == 4), "a link that says that it cannot go on");
+    assert!(rig.records.iter().any(|record| record.broken == 4), "a failed link");
     let records = logged(&rig.records);
     assert_equal(&played(&setting, &rig, &records), &records);
 }
 
 #[test]
-fn records_that_the_log_has_lost_show() {
+fn lost_records_are_reported() {
     let setting = Setting::docking();
     let mut rig = Rig::new(&setting, Relay::default());
     (0..300).for_each(|_| {
@@ -124,7 +125,7 @@ fn records_that_the_log_has_lost_show() {
 }
 
 #[test]
-fn an_end_without_decisions_is_not_played() {
+fn end_without_decisions_is_not_replayed() {
     let setting = Setting::docking();
     let mut rig = Rig::new(&setting, Relay::default());
     rig.run_for(0.2);

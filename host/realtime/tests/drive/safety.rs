@@ -1,4 +1,4 @@
-//! The ten safety behaviours, each proven with a fault of its own.
+//! The safety behaviours, each tested with its own fault.
 
 use crate::fixture::{CYCLE, Rig, Setting, rule, tags};
 use softdock_campaign::station::AxisLimits;
@@ -13,13 +13,13 @@ use softdock_realtime::log::record::CycleRecord;
 use softdock_realtime::protocol::rsi::codec::Sen;
 use softdock_realtime::signals::AXES;
 use softdock_realtime::time::Nanos;
-use softdock_realtime::wire::relay::{Endpoint, Fault, Relay, RelayRule, Way};
+use softdock_realtime::wire::relay::{Direction, Endpoint, Fault, Relay, RelayRule};
 use std::sync::Arc;
 
-/// Ever after.
+/// Until the end of the session.
 const FOREVER: Nanos = Nanos(i64::MAX);
 
-/// Corrections that reached the wire towards a robot: joints \[rad\], rail \[m\].
+/// Returns the corrections sent to a robot: joints \[rad\], rail \[m\].
 fn corrections(rig: &Rig, endpoint: Endpoint) -> Vec<[f64; AXES]> {
     let tags = tags(endpoint);
     let network = rig.network.borrow();
@@ -35,18 +35,18 @@ fn corrections(rig: &Rig, endpoint: Endpoint) -> Vec<[f64; AXES]> {
         .collect()
 }
 
-/// Asserts that no step of a robot's set-point was beyond its limits.
+/// Asserts that no step of a robot's set-point exceeds its limits.
 fn assert_within(rig: &Rig, limits: &[AxisLimits; AXES]) {
     let share = rig.greatest_share(limits);
     assert!(share > 0.01 && share <= 1.0 + 1e-6, "{share} of a limit");
 }
 
-/// The record in which the stop began.
+/// Returns the record of the stop's begin.
 fn stop_of(rig: &Rig) -> &CycleRecord {
     rig.records.iter().find(|record| record.cause != StopCause::None).expect("a stop")
 }
 
-/// Whether all commands to robot 1 from the stop on come to rest: no speed grows any more after the first few cycles.
+/// Whether all commands to robot 1 after the stop ramp to rest: no speed grows after the first few cycles.
 fn assert_ramped_down(rig: &Rig) {
     let sent: Vec<&CycleRecord> =
         rig.records.iter().filter(|r| r.cause != StopCause::None && r.robot_1.order != OrderKind::None).collect();
@@ -57,7 +57,7 @@ fn assert_ramped_down(rig: &Rig) {
 }
 
 #[test]
-fn behaviour_1_a_dry_run_asks_the_real_robots_for_nothing() {
+fn behaviour_1_dry_run_commands_no_motion_of_real_robots() {
     let setting = Setting { armed: false, ..Setting::docking() };
     let mut rig = Rig::new(&setting, Relay::default());
     let last = *rig.finish();
@@ -65,16 +65,17 @@ fn behaviour_1_a_dry_run_asks_the_real_robots_for_nothing() {
     for endpoint in [Endpoint::Robot1, Endpoint::Robot2] {
         let sent = corrections(&rig, endpoint);
         assert!(sent.len() > 500, "the protocol runs: {} answers", sent.len());
-        assert!(sent.iter().all(|axes| *axes == [0.0; AXES]), "and asks for nothing");
+        assert!(sent.iter().all(|axes| *axes == [0.0; AXES]), "and commands no motion");
     }
     assert!(rig.records.iter().all(|record| record.robot_1.order != OrderKind::Move));
     let moved = rig.records.iter().filter(|record| record.emulated_1.order == OrderKind::Move).count();
     assert!(moved > 500, "the emulated robots move: {moved} cycles");
-    let told = rig.records.iter().filter(|record| record.robot_1.computed.iter().all(|axis| axis.is_finite())).count();
-    assert!(told > 500, "what would have been sent is logged: {told} cycles");
+    let logged =
+        rig.records.iter().filter(|record| record.robot_1.computed.iter().all(|axis| axis.is_finite())).count();
+    assert!(logged > 500, "unsent commands are logged: {logged} cycles");
 }
 
-/// A drive that must not begin, and why it did not.
+/// Returns the refusal of a session that must not begin.
 fn refused(setting: &Setting, relay: Relay, prepare: impl FnOnce(&mut Rig)) -> Check {
     let mut rig = Rig::new(setting, relay);
     prepare(&mut rig);
@@ -87,10 +88,10 @@ fn refused(setting: &Setting, relay: Relay, prepare: impl FnOnce(&mut Rig)) -> C
 }
 
 #[test]
-fn behaviour_2_nothing_begins_before_every_check_has_passed() {
+fn behaviour_2_no_motion_before_every_check_has_passed() {
     let setting = Setting::docking();
     let always = |endpoint, every, fault| {
-        Relay::new([RelayRule { endpoint, way: Way::Report, from: Nanos(0), until: FOREVER, every, fault }])
+        Relay::new([RelayRule { endpoint, direction: Direction::Report, from: Nanos(0), until: FOREVER, every, fault }])
     };
     let lost = |endpoint, every| of(&refused(&setting, always(endpoint, every, Fault::Lose), |_| ()));
     assert_eq!(lost(Endpoint::Robot1, 1), (CheckKind::Reports, Some(0)));
@@ -100,7 +101,7 @@ fn behaviour_2_nothing_begins_before_every_check_has_passed() {
     let ill = |rig: &mut Rig| rig.network.borrow_mut().facility().ail(Ailment::Invalid);
     assert_eq!(of(&refused(&setting, Relay::default(), ill)), (CheckKind::Status, None));
 
-    // A frame of the tool that is 3 mm off: the robot's own pose and ours differ by that.
+    // A tool frame with an error of 3 mm: the robot's own pose and ours differ by it.
     let mut other = setting.clone();
     other.station.robots[1].tool.position.z += 3e-3;
     let refusal = refused_pose(&setting, &other);
@@ -116,12 +117,12 @@ fn behaviour_2_nothing_begins_before_every_check_has_passed() {
     assert_eq!((of(&refusal), refusal.axis), ((CheckKind::Range, Some(0)), Some(2)));
 }
 
-/// Which check of which robot.
+/// Returns kind and robot of a failed check.
 fn of(check: &Check) -> (CheckKind, Option<usize>) {
-    (check.what, check.robot)
+    (check.kind, check.robot)
 }
 
-/// The refusal of a drive whose facility file differs from the facility.
+/// Returns the refusal of a session whose facility file differs from the facility.
 fn refused_pose(facility: &Setting, file: &Setting) -> Check {
     let mut rig = Rig::with(facility, file, Relay::default());
     rig.finish();
@@ -129,8 +130,8 @@ fn refused_pose(facility: &Setting, file: &Setting) -> Check {
 }
 
 #[test]
-fn behaviour_3_no_command_leaves_the_limits_whatever_the_run_asks_for() {
-    // Slower than the run needs: everything is clamped, and in the end the drive stops.
+fn behaviour_3_no_command_exceeds_the_limits() {
+    // Slower than the run needs: all commands are clamped, and finally the session stops.
     let mut setting = Setting::docking();
     setting.with_rules(|rules| rules.clamp_time = 0.1);
     setting.station.sensor.weighing_turn = 0.0;
@@ -143,7 +144,7 @@ fn behaviour_3_no_command_leaves_the_limits_whatever_the_run_asks_for() {
     assert_eq!(cause, StopCause::AxisLimit);
     assert!(rig.records.iter().any(|record| record.robot_1.limits.any() || record.robot_2.limits.any()));
     assert_within(&rig, &setting.station.limits);
-    // A range that ends on the way.
+    // A range that ends on the path.
     let mut setting = Setting::docking();
     let mut free = Rig::new(&setting, Relay::default());
     free.finish();
@@ -165,10 +166,10 @@ fn behaviour_3_no_command_leaves_the_limits_whatever_the_run_asks_for() {
 }
 
 #[test]
-fn a_rule_of_the_workspace_ends_the_session_in_a_ramp() {
+fn workspace_rule_ends_the_session_in_a_ramp() {
     let docking = Setting::docking();
     let angle = axes_asked(&docking.plant, &docking.plant.start).least_sine.asin();
-    // A sheet between the parts, which both approach.
+    // A thin box between the parts, which both approach.
     let sheet = KeepOut { name: "sheet".to_owned(), frame: Pose::identity(), half: vec3(5e-3, 0.3, 0.3) };
     type Change = Box<dyn Fn(&mut SessionRules)>;
     let cases: [(StopCause, Change); 4] = [
@@ -195,9 +196,9 @@ fn a_rule_of_the_workspace_ends_the_session_in_a_ramp() {
 }
 
 #[test]
-fn a_way_to_the_start_through_a_box_or_too_near_is_refused() {
+fn path_to_the_start_through_a_box_or_too_near_is_refused() {
     let setting = Setting::docking();
-    // The robots stand at the nominal start, away from that of this run: around part A there.
+    // The robots are at the nominal start, away from that of this run: a box around part A there.
     let frame = Pose { position: setting.plant.start.a.position, attitude: setting.plant.start.a.attitude };
     let around = KeepOut { name: "around".to_owned(), frame, half: vec3(1e-3, 1e-3, 1e-3) };
     let mut boxed = setting.clone();
@@ -206,18 +207,18 @@ fn a_way_to_the_start_through_a_box_or_too_near_is_refused() {
     boxed.plant = Arc::new(Plant::new(model));
     boxed.with_rules(|rules| rules.keep_out = vec![around.clone()]);
     let refusal = refused(&boxed, Relay::default(), |_| ());
-    assert!(refusal.what == CheckKind::KeepOut && refusal.value > 0.0, "{refusal}");
+    assert!(refusal.kind == CheckKind::KeepOut && refusal.value > 0.0, "{refusal}");
     let mut near = setting;
     near.with_rules(|rules| rules.arm_distance = 0.6);
     let refusal = refused(&near, Relay::default(), |_| ());
     assert!(
-        refusal.what == CheckKind::ArmDistance && refusal.value < refusal.limit && refusal.limit == 0.6,
+        refusal.kind == CheckKind::ArmDistance && refusal.value < refusal.limit && refusal.limit == 0.6,
         "{refusal}"
     );
 }
 
 #[test]
-fn behaviour_4_force_and_a_sick_sensor_stop_the_run() {
+fn behaviour_4_force_limit_and_sensor_fault_stop_the_run() {
     let mut setting = Setting::docking();
     setting.with_rules(|rules| rules.force = 10.0);
     let mut rig = Rig::new(&setting, Relay::default());
@@ -253,12 +254,12 @@ fn behaviour_4_force_and_a_sick_sensor_stop_the_run() {
 }
 
 #[test]
-fn behaviour_5_lost_packets_are_held_over_then_stopped_then_left_to_the_controller() {
+fn behaviour_5_lost_packets_hold_then_stop_then_the_controller_times_out() {
     for (lost, cause) in [(1, StopCause::Completed), (3, StopCause::Completed), (4, StopCause::LostPackets)] {
         let mut rig = Rig::new(&Setting::docking(), Relay::default());
         rig.run_for(0.5);
         let now = rig.session.record().time;
-        let fault = rule(Endpoint::Robot1, Way::Report, now, lost, Fault::Lose);
+        let fault = rule(Endpoint::Robot1, Direction::Report, now, lost, Fault::Lose);
         rig.network.borrow_mut().relay.add(fault);
         rig.finish();
         assert_eq!(stop_of(&rig).cause, cause, "{lost} cycles lost");
@@ -270,14 +271,14 @@ fn behaviour_5_lost_packets_are_held_over_then_stopped_then_left_to_the_controll
             assert!(missed <= 4.5, "{missed} cycles until the stop");
         }
     }
-    // A link that dies for good: after ten cycles nothing is sent any more, and robot 2 has been stopped.
+    // A link that dies: after ten cycles nothing is sent any more, and robot 2 has been stopped.
     let mut rig = Rig::new(&Setting::docking(), Relay::default());
     rig.run_for(0.5);
     let now = rig.session.record().time;
     rig.network
         .borrow_mut()
         .relay
-        .add(RelayRule { until: FOREVER, ..rule(Endpoint::Robot1, Way::Report, now, 1, Fault::Lose) });
+        .add(RelayRule { until: FOREVER, ..rule(Endpoint::Robot1, Direction::Report, now, 1, Fault::Lose) });
     rig.finish();
     assert_eq!(stop_of(&rig).cause, StopCause::LostPackets);
     let silent_from = now + CYCLE;
@@ -290,7 +291,7 @@ fn behaviour_5_lost_packets_are_held_over_then_stopped_then_left_to_the_controll
 }
 
 #[test]
-fn behaviour_5_late_twice_exchanged_and_damaged_packets_are_not_answered_wrongly() {
+fn behaviour_5_late_repeated_reordered_and_damaged_packets_are_safe() {
     let faults = [
         Fault::Delay(Nanos::from_millis(6)),
         Fault::Duplicate(Nanos::from_millis(1)),
@@ -303,8 +304,14 @@ fn behaviour_5_late_twice_exchanged_and_damaged_packets_are_not_answered_wrongly
         rig.run_for(0.3);
         let now = rig.session.record().time;
         // One packet in sixty, for the rest of the run: fewer than the window allows.
-        let rule =
-            RelayRule { endpoint: Endpoint::Robot1, way: Way::Report, from: now, until: FOREVER, every: 60, fault };
+        let rule = RelayRule {
+            endpoint: Endpoint::Robot1,
+            direction: Direction::Report,
+            from: now,
+            until: FOREVER,
+            every: 60,
+            fault,
+        };
         rig.network.borrow_mut().relay.add(rule);
         let last = *rig.finish();
         assert_eq!(last.cause, StopCause::Completed, "{fault:?}");
@@ -320,7 +327,7 @@ fn behaviour_5_late_twice_exchanged_and_damaged_packets_are_not_answered_wrongly
 }
 
 #[test]
-fn behaviour_6_a_signal_ends_in_a_ramp_and_the_protocols_own_end() {
+fn behaviour_6_signal_ends_in_a_ramp_and_the_protocol_end() {
     for cause in [StopCause::Operator, StopCause::Signal, StopCause::Panic] {
         let mut rig = Rig::new(&Setting::docking(), Relay::default());
         rig.run_for(1.0);
@@ -338,12 +345,12 @@ fn behaviour_6_a_signal_ends_in_a_ramp_and_the_protocols_own_end() {
             .iter()
             .filter(|(_, to, bytes)| *to != Endpoint::Sensor && Sen::read(bytes, &tags(*to)).is_ok_and(|sen| sen.stop))
             .count();
-        assert!(stops >= 2, "both controllers are told to end: {stops}");
+        assert!(stops >= 2, "both controllers receive the end: {stops}");
     }
 }
 
 #[test]
-fn behaviour_7_energy_that_the_facility_creates_has_a_budget() {
+fn behaviour_7_injected_energy_has_a_budget() {
     let mut setting = Setting::docking();
     setting.with_rules(|rules| rules.injected_energy = 0.01);
     let mut rig = Rig::new(&setting, Relay::default());
@@ -355,14 +362,14 @@ fn behaviour_7_energy_that_the_facility_creates_has_a_budget() {
 }
 
 #[test]
-fn behaviour_8_nothing_resumes_by_itself() {
+fn behaviour_8_no_automatic_resume() {
     let mut rig = Rig::new(&Setting::docking(), Relay::default());
     rig.run_for(0.5);
     let now = rig.session.record().time;
-    rig.network.borrow_mut().relay.add(rule(Endpoint::Robot2, Way::Report, now, 6, Fault::Lose));
+    rig.network.borrow_mut().relay.add(rule(Endpoint::Robot2, Direction::Report, now, 6, Fault::Lose));
     rig.finish();
     assert_eq!(stop_of(&rig).cause, StopCause::LostPackets);
-    // The link is whole again, and stays without commands.
+    // The link has recovered, and gets no commands.
     let (before, last) = (rig.network.borrow().answers.len(), rig.session.record().tick);
     for _ in 0..50 {
         assert!(rig.cycle(), "over for good");

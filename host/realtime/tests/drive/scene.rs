@@ -1,4 +1,4 @@
-//! What a viewer makes of a log: the robots of the URDF stand where the log says that they hold their parts.
+//! A viewer of a log places the robots of the URDF where the log states their parts.
 
 use crate::fixture::{CYCLE, Setting};
 use crate::urdf::{apart, pose_of};
@@ -16,7 +16,7 @@ use std::collections::{BTreeMap, HashMap};
 use std::io::Cursor;
 use std::rc::Rc;
 
-/// The log of a drive of emulated robots.
+/// Returns the log of a session of emulated robots.
 fn logged(setting: &Setting) -> Vec<u8> {
     let clock = Virtual::default();
     let bench = InProcessRig::new(setting.world(), Rc::new(clock.clone()), CYCLE);
@@ -36,7 +36,7 @@ fn logged(setting: &Setting) -> Vec<u8> {
     panic!("the session does not end");
 }
 
-/// Reads past a std_msgs/Header; its frame.
+/// Reads past a std_msgs/Header; returns its frame.
 fn header<'a>(read: &mut Decoder<'a>) -> &'a str {
     read.i32().and_then(|_| read.u32()).expect("a stamp");
     read.string().expect("a frame")
@@ -79,7 +79,7 @@ fn in_laboratory(frames: &HashMap<String, (String, Pose<f64>)>, frame: &str) -> 
 }
 
 #[test]
-fn urdf_and_joint_states_of_a_log_put_tools_and_parts_where_it_says() {
+fn urdf_and_joint_states_match_logged_tools_and_parts() {
     let bytes = logged(&Setting::docking());
     let records: Vec<_> = LogReader::new(&bytes[..]).map(|record| record.expect("a record")).collect();
     let (mut urdf, mut fixed, mut states) = (None, HashMap::new(), BTreeMap::new());

@@ -1,4 +1,4 @@
-//! One emulated facility, several drives one after the other: it survives its clients.
+//! One emulated facility, several sessions one after the other.
 
 use crate::fixture::{Rig, Setting};
 use softdock_realtime::log::codes::StopCause;
@@ -6,11 +6,11 @@ use softdock_realtime::time::Nanos;
 use softdock_realtime::wire::relay::Relay;
 use std::sync::atomic::Ordering;
 
-/// How long nobody is there before new sessions are offered.
+/// Time without clients before new sessions are offered.
 const PAUSE: Nanos = Nanos::from_millis(1000);
 
 #[test]
-fn a_second_drive_needs_no_new_facility() {
+fn second_session_needs_no_new_facility() {
     let setting = Setting::docking();
     let mut rig = Rig::new(&setting, Relay::default());
     let over = rig.network.borrow_mut().facility().renew_sessions(PAUSE);
@@ -29,24 +29,24 @@ fn a_second_drive_needs_no_new_facility() {
 }
 
 #[test]
-fn a_client_that_goes_away_leaves_a_facility_for_the_next_one() {
+fn facility_is_ready_after_a_client_disconnects() {
     let setting = Setting::docking();
     let mut rig = Rig::new(&setting, Relay::default());
     rig.network.borrow_mut().facility().renew_sessions(PAUSE);
     rig.run_for(1.0);
-    // The controllers notice its silence after 100 cycles.
+    // The controllers detect its silence after 100 cycles.
     rig.stall(Nanos::from_millis(5000));
     let mut rig = rig.again(&setting);
     let last = *rig.finish();
     assert_eq!(last.cause, StopCause::Completed, "{:?}", rig.session.core().refusal());
-    // The end of the second drive is the last one; the first one was a silence.
+    // The end of the second session is the last one; the first one was a silence.
     assert_eq!(rig.network.borrow_mut().facility().last_end(1), Some("RSI was ended by the client"));
     let held = last.robot_1.late_answers;
     assert_eq!(held, 0, "a new session counts its own late answers");
 }
 
 #[test]
-fn without_renewal_the_first_session_is_the_last() {
+fn facility_without_renewal_has_one_session() {
     let setting = Setting::docking();
     let mut rig = Rig::new(&setting, Relay::default());
     rig.finish();

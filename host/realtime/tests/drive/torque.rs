@@ -1,4 +1,4 @@
-//! Torques against the measured force: what they should be, and a robot that is pushed beside the sensor.
+//! Torques compared with the measured force: expected values, and a force on a robot outside the sensor.
 
 use crate::fixture::{Setting, bias};
 use softdock_kernels::philox::{self, uniform};
@@ -20,7 +20,7 @@ use std::rc::Rc;
 /// Limits of the joints \[N m\].
 const LIMITS: [f64; 6] = [300.0, 300.0, 200.0, 60.0, 60.0, 60.0];
 
-/// A robot that also reports torques: what its weight and the true contact explain, and what somebody adds.
+/// A robot that also reports torques: from its weight, the true contact, and a disturbance.
 struct WithTorques {
     inner: Box<dyn RobotLink>,
     robot: usize,
@@ -55,7 +55,7 @@ impl RobotLink for WithTorques {
     }
 }
 
-/// The contact's wrench on a robot's part about its origin, laboratory axes.
+/// Returns the contact wrench on a robot's part about its origin, laboratory axes.
 fn contact(world: &World, robot: usize) -> Wrench<f64> {
     let (parts, wrench) = (world.parts(), world.wrench());
     let (force, moment) = (parts.a.attitude.rotate(wrench.force), parts.a.attitude.rotate(wrench.moment));
@@ -66,7 +66,7 @@ fn contact(world: &World, robot: usize) -> Wrench<f64> {
     Wrench { force: force * -1.0, moment: about_b * -1.0 }
 }
 
-/// A session in process whose robots report torques, and what is added to those of robot 2.
+/// A session in process whose robots report torques, with a disturbance of robot 2's torques.
 fn session(setting: &Setting) -> (Session, Rc<RefCell<[f64; AXES]>>) {
     let clock = Virtual::default();
     let world =
@@ -77,7 +77,7 @@ fn session(setting: &Setting) -> (Session, Rc<RefCell<[f64; AXES]>>) {
     let mut robot = 0;
     let robots = robots.map(|inner| {
         let arms = Arms::new(&setting.plant, &setting.station).expect("in reach");
-        // What the drives of robot 1 add is their friction, constant here: the tare takes it.
+        // The drives of robot 1 add their friction, constant here: the tare removes it.
         let added = if robot == 1 { Rc::clone(&added) } else { Rc::new(RefCell::new([25.0; AXES])) };
         let with = WithTorques { inner, robot, arms, bench: Rc::clone(&bench), added };
         robot += 1;
@@ -94,7 +94,7 @@ fn setting() -> Setting {
 }
 
 #[test]
-fn contact_at_the_sensor_explains_its_torques_and_the_run_goes_on() {
+fn torques_of_measured_contact_do_not_stop_the_run() {
     let (mut session, _) = session(&setting());
     while !session.cycle(None) {}
     assert_eq!(session.record().cause, StopCause::Completed, "{:?}", session.core().stopped());
@@ -103,26 +103,26 @@ fn contact_at_the_sensor_explains_its_torques_and_the_run_goes_on() {
 }
 
 #[test]
-fn a_torque_that_no_measured_force_explains_stops_the_session() {
+fn unexplained_torque_stops_the_session() {
     let (mut session, added) = session(&setting());
     while session.record().tick < 500 {
         assert!(!session.cycle(None), "{:?}", session.core().refusal());
     }
-    // Somebody leans on the forearm of robot 2.
+    // A force on the forearm of robot 2.
     added.borrow_mut()[2] = 250.0;
     let from = session.record().time;
     while !session.cycle(None) {}
     let (at, alarm) = session.core().stopped().expect("a stop");
     assert_eq!(alarm.cause, StopCause::Torque);
-    let found = alarm.found.expect("robot, axis, value and limit");
+    let found = alarm.violation.expect("robot, axis, value and limit");
     assert_eq!((found.robot, found.axis, found.limit, found.unit), (Some(1), Some(2), 200.0, "N m"));
     assert!((found.value - 250.0).abs() < 20.0, "{found:?}");
     let within = (at - from).seconds();
-    assert!((0.05..0.055).contains(&within), "{within} s: the time that the facility file allows");
+    assert!((0.05..0.055).contains(&within), "{within} s: the delay in the facility file");
 }
 
 #[test]
-fn limits_of_torques_that_a_robot_does_not_report_are_refused() {
+fn torque_limits_need_a_robot_that_reports_torques() {
     let setting = setting();
     let world = setting.world();
     let clock = Virtual::default();
@@ -130,11 +130,11 @@ fn limits_of_torques_that_a_robot_does_not_report_are_refused() {
     let mut session = Session::new(setting.task(), links(&bench), None, Rc::new(clock)).expect("prepared");
     while !session.cycle(None) {}
     let refusal = session.core().refusal().expect("a refusal");
-    assert_eq!((refusal.what, refusal.robot), (CheckKind::Torques, Some(0)), "{refusal}");
+    assert_eq!((refusal.kind, refusal.robot), (CheckKind::Torques, Some(0)), "{refusal}");
 }
 
 #[test]
-fn torques_of_a_wrench_do_the_work_that_the_part_takes() {
+fn torques_of_a_wrench_match_its_virtual_work() {
     let setting = Setting::docking();
     let arms = Arms::new(&setting.plant, &setting.station).expect("in reach");
     let (home, _) = arms.positions_for(&setting.plant.start);
@@ -146,7 +146,7 @@ fn torques_of_a_wrench_do_the_work_that_the_part_takes() {
         let wrench = Wrench { force: vector(10) * 500.0, moment: vector(20) * 50.0 };
         let [with, without] = [wrench, Wrench::zero()].map(|wrench| arms.torques(robot, &position, wrench));
         for i in 0..6 {
-            // The part's way and turn for a small turn of one joint, by differences of its poses.
+            // Translation and rotation of the part for a small rotation of one joint, by differences of its poses.
             let step = 1e-6;
             let part = |by: f64| {
                 let mut moved = position;
@@ -160,7 +160,7 @@ fn torques_of_a_wrench_do_the_work_that_the_part_takes() {
             let found = with[i] - without[i];
             assert!((found - expected).abs() < 1e-4 * (1.0 + expected.abs()), "joint {i}: {found} {expected}");
         }
-        // At rest axis 1 is vertical: weight puts nothing on it.
+        // At rest axis 1 is vertical: weight causes no torque on it.
         assert!(without[0].abs() < 1e-6, "{without:?}");
     }
     let still: Vec3<f64> = Vec3::zero();

@@ -4,25 +4,25 @@ use softdock_kernels::vector::{Pose, Quat, Vec3, vec3};
 use std::collections::BTreeMap;
 use urdf_rs::JointType;
 
-/// A turn about an axis.
+/// Returns a rotation about an axis.
 pub(crate) fn about(axis: Vec3<f64>, angle: f64) -> Pose<f64> {
     let (sin, cos) = (0.5 * angle).sin_cos();
     Pose { position: Vec3::zero(), attitude: Quat { w: cos, v: axis * sin } }
 }
 
-/// A turn by roll, pitch and yaw about fixed axes.
+/// Returns a rotation by roll, pitch and yaw about fixed axes.
 pub(crate) fn turned([roll, pitch, yaw]: [f64; 3]) -> Pose<f64> {
     let [x, y, z] = [vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0), vec3(0.0, 0.0, 1.0)];
     about(z, yaw).compose(about(y, pitch)).compose(about(x, roll))
 }
 
-/// The origin of a joint.
+/// Returns the origin of a joint.
 pub(crate) fn origin_of(joint: &urdf_rs::Joint) -> Pose<f64> {
     let [x, y, z] = joint.origin.xyz.0;
     Pose { position: vec3(x, y, z), ..turned(joint.origin.rpy.0) }
 }
 
-/// Pose of a joint's child in its parent.
+/// Returns the pose of a joint's child in its parent.
 pub(crate) fn pose_in_parent(joint: &urdf_rs::Joint, positions: &BTreeMap<String, f64>) -> Pose<f64> {
     let [x, y, z] = joint.axis.xyz.0;
     let axis = vec3(x, y, z);
@@ -35,7 +35,7 @@ pub(crate) fn pose_in_parent(joint: &urdf_rs::Joint, positions: &BTreeMap<String
     origin_of(joint).compose(way)
 }
 
-/// Pose of a link in the root, from the positions of the joints by their names.
+/// Returns the pose of a link in the root, from the positions of the joints by their names.
 pub(crate) fn pose_of(urdf: &urdf_rs::Robot, link: &str, positions: &BTreeMap<String, f64>) -> Pose<f64> {
     let Some(joint) = urdf.joints.iter().find(|joint| joint.child.link == link) else {
         return Pose::identity();
@@ -43,7 +43,7 @@ pub(crate) fn pose_of(urdf: &urdf_rs::Robot, link: &str, positions: &BTreeMap<St
     pose_of(urdf, &joint.parent.link, positions).compose(pose_in_parent(joint, positions))
 }
 
-/// Distance \[m\] or angle \[rad\] between two poses, the greater number of both, exact for small ones.
+/// Returns the distance \[m\] or angle \[rad\] between two poses, the greater of both, accurate for small ones.
 pub(crate) fn apart(one: &Pose<f64>, two: &Pose<f64>) -> f64 {
     let turn = one.attitude.compose(two.attitude.conjugate());
     (one.position - two.position).norm().max(2.0 * turn.v.norm())

@@ -1,6 +1,6 @@
 //! Our EtherCAT driver against a segment of seven emulated CiA 402 drives, frame by frame over a veth pair.
 //!
-//! A veth pair needs root and `ip` (Debian: iproute2); without them each test says so and proves nothing.
+//! A veth pair needs root and `ip` (Debian: iproute2); without them each test reports this and tests nothing.
 
 use assert_no_alloc::AllocDisabler;
 use softdock_realtime::clock::{Clock, Monotonic};
@@ -17,12 +17,12 @@ mod rig;
 
 use rig::{RATIO, Rig, Veth, config, ip, largest, models, swing};
 
-/// Ends the test at an allocation where none may be.
+/// Aborts the test at a forbidden allocation.
 #[global_allocator]
 static ALLOCATOR: AllocDisabler = AllocDisabler;
 
 #[test]
-fn seven_drives_are_brought_to_op_enabled_and_led_for_two_seconds() {
+fn seven_drives_follow_targets_for_two_seconds() {
     let Some(mut rig) = Rig::usual("two seconds of motion") else { return };
     assert_eq!(rig.robot().working_counter(), 21);
     assert!(rig.segment().devices.iter().all(|device| device.operational()));
@@ -47,7 +47,7 @@ fn seven_drives_are_brought_to_op_enabled_and_led_for_two_seconds() {
     let after = rig.robot().counters();
     let (lost, unsent) = (after.lost - before.lost, after.unsent - before.unsent);
     println!("motion: 2000 cycles, {lost} lost, {unsent} not begun, following error up to {:.2} mrad", error * 1e3);
-    // The emulated drives lag by three cycles at 0.31 rad/s. A busy machine may hold up frames: not gated tightly.
+    // The emulated drives lag by three cycles at 0.31 rad/s. A busy machine may delay frames: loose tolerance.
     assert!(error < 0.003, "{error}");
     assert!(lost <= 200, "{lost} cycles lost");
     let segment = rig.segment();
@@ -56,7 +56,7 @@ fn seven_drives_are_brought_to_op_enabled_and_led_for_two_seconds() {
 }
 
 #[test]
-fn parameters_are_written_where_the_drive_has_them() {
+fn parameters_are_written_if_the_drive_has_them() {
     let mut drives = models(2);
     drives[1] = DriveModel::new(0).without(object::INTERPOLATION_PERIOD, 1).without(object::FOLLOWING_WINDOW, 0);
     let Some(rig) = Rig::new("parameters", drives, &config(2)) else { return };
@@ -69,7 +69,7 @@ fn parameters_are_written_where_the_drive_has_them() {
 }
 
 #[test]
-fn the_mapping_is_read_and_followed_whatever_its_order() {
+fn mapping_of_any_order_is_supported() {
     // No mode in the process data, a gap, another order, no velocity.
     let outputs = [0x607A_0020, 0x0000_0008, 0x6040_0010];
     let inputs = [0x603F_0010, 0x6064_0020, 0x6041_0010];
@@ -89,7 +89,7 @@ fn the_mapping_is_read_and_followed_whatever_its_order() {
 }
 
 #[test]
-fn clocks_are_left_alone_where_a_drive_has_none() {
+fn clocks_stay_unused_if_a_drive_has_none() {
     let mut drives = models(3);
     drives[0].clocks = true;
     drives[2].clocks = true;
@@ -102,12 +102,12 @@ fn clocks_are_left_alone_where_a_drive_has_none() {
 }
 
 #[test]
-fn axes_have_their_drives_at_any_place_and_other_devices_stay_off() {
+fn axes_use_drives_at_any_position_and_other_devices_stay_off() {
     let mut config = config(2);
     let place = |station, ratio| Some(AxisConfig { station, scale: AxisScale::new(ratio) });
     (config.axes[0], config.axes[1], config.axes[RAIL]) = (place(3, 1e4), None, place(1, 1e6));
     let Some(mut rig) = Rig::new("drives at any place", models(4), &config) else { return };
-    // The devices that drive no axis take part in the exchange all the same.
+    // Devices without an axis take part in the exchange.
     assert_eq!(rig.robot().working_counter(), 12);
     let position = rig.report().position;
     assert!((position[0] - 1.9).abs() < 1e-9 && (position[RAIL] - 0.013).abs() < 1e-9, "{position:?}");
@@ -118,7 +118,7 @@ fn axes_have_their_drives_at_any_place_and_other_devices_stay_off() {
 }
 
 #[test]
-fn a_drive_that_does_not_map_what_is_needed_is_named() {
+fn drive_without_a_required_object_is_named() {
     let mut drives = models(2);
     drives[1] = DriveModel::new(0).with_mapping(&[0x6040_0010, 0x60FF_0020, 0x6060_0008], &[0x6041_0010, 0x6064_0020]);
     let Some(opened) = Rig::open("a missing object", drives, &config(2)) else { return };
@@ -130,19 +130,19 @@ fn a_drive_that_does_not_map_what_is_needed_is_named() {
 }
 
 #[test]
-fn fewer_devices_than_axes_and_no_devices_are_refused_in_words() {
+fn missing_devices_are_refused() {
     let Some(opened) = Rig::open("too few devices", models(2), &config(3)) else { return };
     let error = opened.err().expect("two devices are no three").to_string();
-    assert_eq!(error, "axis 3 is to be driven by device 2 of the segment, which has only 2");
+    assert_eq!(error, "axis 3 is configured for device 2 of the segment, which has only 2 devices");
     let Some(veth) = Veth::new("no devices") else { return };
-    let error = EtherCatRobot::open(&veth.ours, &config(1)).err().expect("nobody is there").to_string();
+    let error = EtherCatRobot::open(&veth.ours, &config(1)).err().expect("no device exists").to_string();
     assert!(error.contains("no EtherCAT device answers"), "{error}");
     let error = EtherCatRobot::open("sd-none", &config(1)).err().expect("no such interface").to_string();
     assert!(error.contains("cannot be opened"), "{error}");
 }
 
 #[test]
-fn a_drive_that_takes_no_part_makes_lost_cycles() {
+fn missing_drive_causes_lost_cycles() {
     let Some(mut rig) = Rig::usual("working-counter faults") else { return };
     let start = rig.enable();
     let before = rig.robot().counters();
@@ -160,14 +160,14 @@ fn a_drive_that_takes_no_part_makes_lost_cycles() {
     }
     let counted = rig.robot().counters().lost - before.lost;
     println!("working-counter fault of 5 cycles: {lost} cycles seen as lost, {counted} counted");
-    // Others may be lost on a busy machine, the five always are.
+    // Others may be lost on a busy machine, these five always are.
     assert!(lost >= 5 && counted == lost, "{lost} {counted}");
     assert!(lost <= 60);
     assert!(rig.segment().devices.iter().all(|device| device.drive.enabled()));
 }
 
 #[test]
-fn a_fault_of_one_drive_stops_all_and_is_not_ready_for_good() {
+fn fault_of_one_drive_stops_all() {
     let Some(mut rig) = Rig::usual("a drive fault") else { return };
     let start = rig.enable();
     rig.segment().devices[2].drive.fault(0x2310);
@@ -184,22 +184,22 @@ fn a_fault_of_one_drive_stops_all_and_is_not_ready_for_good() {
 }
 
 #[test]
-fn holding_never_enables_and_asks_for_where_the_axes_are() {
+fn hold_never_enables_and_targets_present_positions() {
     let mut drives = models(7);
     drives.iter_mut().for_each(|drive| drive.sag = 2.0);
     let Some(mut rig) = Rig::new("holding", drives, &config(7)) else { return };
     for _ in 0..500 {
         let state = rig.report();
         assert!(state.ready);
-        // One cycle of sagging lies between a report and the target made of it.
-        assert!(largest(&state.position, &state.asked.expect("targets")) < 1e-4);
+        // One cycle of sag separates a report and the target derived from it.
+        assert!(largest(&state.position, &state.reported_set_point.expect("targets")) < 1e-4);
         rig.send(Order::Hold);
     }
     assert!(rig.segment().devices.iter().all(|device| device.drive.enablings.is_empty()));
 }
 
 #[test]
-fn the_first_target_is_where_the_axis_stands() {
+fn first_target_is_the_present_position() {
     let mut drives = models(7);
     drives.iter_mut().for_each(|drive| drive.sag = 1.0);
     let Some(mut rig) = Rig::new("the first target", drives, &config(7)) else { return };
@@ -214,7 +214,7 @@ fn the_first_target_is_where_the_axis_stands() {
 }
 
 #[test]
-fn targets_that_jump_or_are_no_numbers_are_not_sent() {
+fn jumping_or_non_finite_targets_are_not_sent() {
     let Some(mut rig) = Rig::usual("targets that jump") else { return };
     let start = rig.enable();
     for bad in [f64::NAN, f64::INFINITY, 1e9, start[0] + 0.01] {
@@ -228,7 +228,7 @@ fn targets_that_jump_or_are_no_numbers_are_not_sent() {
 }
 
 #[test]
-fn a_fault_from_before_is_acknowledged_only_if_asked_for() {
+fn earlier_fault_is_acknowledged_only_on_request() {
     for reset in [false, true] {
         let mut drives = models(2);
         drives[0].fault(0x7500);
@@ -241,7 +241,7 @@ fn a_fault_from_before_is_acknowledged_only_if_asked_for() {
 }
 
 #[test]
-fn an_end_stops_the_drives_after_they_stand() {
+fn end_stops_the_drives_at_standstill() {
     let Some(mut rig) = Rig::usual("the controlled end") else { return };
     let start = rig.enable();
     for cycle in 0..250 {
@@ -264,7 +264,7 @@ fn an_end_stops_the_drives_after_they_stand() {
 }
 
 #[test]
-fn a_dropped_robot_leaves_its_drives_off_and_out_of_op() {
+fn dropped_robot_switches_its_drives_off() {
     let Some(mut rig) = Rig::usual("dropping the robot") else { return };
     rig.enable();
     drop(rig.robot.take());
@@ -274,7 +274,7 @@ fn a_dropped_robot_leaves_its_drives_off_and_out_of_op() {
 }
 
 #[test]
-fn a_dead_link_is_lost_cycles() {
+fn dead_link_causes_lost_cycles() {
     let Some(mut rig) = Rig::usual("a dead link") else { return };
     rig.enable();
     let veth = rig.veth.theirs.clone();
@@ -298,38 +298,38 @@ fn a_dead_link_is_lost_cycles() {
 }
 
 #[test]
-fn spoiled_frames_end_nothing_but_their_cycles() {
+fn corrupted_frames_cost_only_their_cycles() {
     let Some(mut rig) = Rig::usual("spoiled frames") else { return };
     let start = rig.enable();
     rig.segment().garble = 2026;
     let (mut lost, before) = (0, rig.robot().counters());
     for _ in 0..1000 {
         lost += u32::from(rig.cycle().is_none());
-        // A spoiled statusword may have stopped the drives: then this is refused, as it must be.
+        // A corrupted statusword may have stopped the drives: then this is refused, correctly.
         let _ = rig.robot().send(&Order::Move(start));
     }
     rig.segment().garble = 0;
     let after = rig.robot().counters();
     println!("spoiled frames: {lost} of 1000 cycles lost, {} frames unread", after.stale - before.stale);
-    // A wrong byte in the data goes unnoticed here; on a real wire the check sequence of Ethernet finds it.
+    // A wrong byte in the data is undetected here; on a real wire the check sequence of Ethernet detects it.
     assert!((3..400).contains(&lost), "{lost}");
     assert!(rig.segment().devices.iter().all(|device| device.drive.largest_step <= 201));
     rig.report();
 }
 
 #[test]
-fn a_message_that_nobody_asked_for_is_a_refusal() {
+fn unrequested_message_is_refused() {
     let mut drives = models(2);
     drives[1].emergency = true;
     let Some(opened) = Rig::open("an emergency message", drives, &config(2)) else { return };
     let error = opened.err().expect("refused").to_string();
-    assert!(error.contains("a device sent a message that was not asked for"), "{error}");
+    assert!(error.contains("a device sent an unrequested message"), "{error}");
 }
 
 #[test]
 fn watchdogs_are_set_and_read_back() {
     let mut drives = models(3);
-    // Off, far too long with another divider, and one that cannot count so far.
+    // Off, far too long with another divider, and one that cannot count so long.
     (drives[0].watchdog, drives[1].watchdog, drives[2].watchdog) = ((2498, 0), (4998, 60_000), (0, 7));
     let config = EtherCatConfig { watchdog: Nanos::from_millis(60), ..config(3) };
     let Some(mut rig) = Rig::new("watchdogs", drives, &config) else { return };
@@ -345,27 +345,27 @@ fn watchdogs_are_set_and_read_back() {
 
 #[test]
 fn watchdogs_that_are_off_or_too_long_are_refused() {
-    let said = |watchdog: (u16, u16), watched: bool| {
+    let opening_error = |watchdog: (u16, u16), watched: bool| {
         let mut drives = models(2);
         let drive = &mut drives[1];
         (drive.watchdog, drive.watchdog_fixed, drive.watched) = (watchdog, true, watched);
         Rig::open("watchdogs", drives, &config(2)).map(|opened| opened.err().map(|error| error.to_string()))
     };
-    let Some(off) = said((2498, 0), true) else { return };
+    let Some(off) = opening_error((2498, 0), true) else { return };
     let off = off.expect("refused");
     assert!(off.starts_with("drive 1 (DRIVE-402): the watchdog of its outputs is off and cannot be set"), "{off}");
-    let long = said((2498, 5000), true).flatten().expect("refused");
+    let long = opening_error((2498, 5000), true).flatten().expect("refused");
     assert!(
         long.contains("expires after 500.0 ms and cannot be set") && long.contains("100.0 ms are allowed"),
         "{long}"
     );
-    let deaf = said((2498, 500), false).flatten().expect("refused");
+    let deaf = opening_error((2498, 500), false).flatten().expect("refused");
     assert!(deaf.contains("triggers no watchdog (bit 6 of its control byte, 24)"), "{deaf}");
-    assert_eq!(said((2498, 500), true), Some(None), "a shorter one that is fixed does");
+    assert_eq!(opening_error((2498, 500), true), Some(None), "a fixed shorter one suffices");
 }
 
 #[test]
-fn a_drive_that_would_coast_at_a_quick_stop_is_refused() {
+fn drive_that_would_coast_at_a_quick_stop_is_refused() {
     let mut drives = models(2);
     drives[1] = DriveModel::new(0).with_object(object::QUICK_STOP_OPTION, 0, 0);
     let Some(opened) = Rig::open("a quick stop without a ramp", drives, &config(2)) else { return };
@@ -374,7 +374,7 @@ fn a_drive_that_would_coast_at_a_quick_stop_is_refused() {
         error.contains("drive 1 (DRIVE-402): its quick stop switches it off without a ramp (605A is 0)"),
         "{error}"
     );
-    // One without the object has whatever its maker gave it.
+    // A drive without the object has its vendor's behaviour.
     let drives = vec![DriveModel::new(0).without(object::QUICK_STOP_OPTION, 0)];
     let Some(mut rig) = Rig::new("no option", drives, &config(1)) else { return };
     assert_eq!(rig.robot().stop_options().next().map(|(_, options)| options.quick_stop), Some(None));

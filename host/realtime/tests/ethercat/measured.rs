@@ -1,4 +1,4 @@
-//! What is measured, and not gated: round trips on this machine, and a real segment.
+//! Measurements without thresholds: round trips on this machine, and a real segment.
 
 use super::rig::{RATIO, Rig, largest, swing};
 use softdock_realtime::protocol::ethercat::cia402::control;
@@ -7,7 +7,7 @@ use softdock_realtime::protocol::ethercat::{AxisScale, EtherCatConfig, EtherCatR
 use softdock_realtime::signals::{Order, RobotLink};
 use softdock_realtime::time::Nanos;
 
-/// Percentiles of round trip and lateness over 15,000 cycles of motion; numbers of this machine, nothing gated.
+/// Percentiles of round trip and lateness over 15,000 cycles of motion; without a threshold.
 fn measure(rig: &mut Rig, cycles: u32) {
     let start = rig.enable();
     let before = rig.robot().counters();
@@ -38,7 +38,7 @@ fn measure(rig: &mut Rig, cycles: u32) {
 
 #[test]
 #[ignore = "a measurement of 15 s"]
-fn round_trips_over_fifteen_thousand_cycles() {
+fn measure_round_trips_over_15000_cycles() {
     for fifo in [false, true] {
         let Some(mut rig) = Rig::usual("the measurement") else { return };
         if !fifo {
@@ -54,7 +54,7 @@ fn round_trips_over_fifteen_thousand_cycles() {
 /// `SOFTDOCK_PEER_ETHERCAT=eth1`: a real segment, whose first one to seven devices are drives. Nothing is enabled.
 #[test]
 #[ignore = "needs a real segment: SOFTDOCK_PEER_ETHERCAT=<interface> [SOFTDOCK_PEER_ETHERCAT_DRIVES=<1 to 7>]"]
-fn a_real_segment_is_brought_to_op_and_held() {
+fn real_segment_reaches_op_and_holds() {
     let Ok(interface) = std::env::var("SOFTDOCK_PEER_ETHERCAT") else {
         println!("ignored: SOFTDOCK_PEER_ETHERCAT names no interface");
         return;
@@ -63,13 +63,13 @@ fn a_real_segment_is_brought_to_op_and_held() {
     let scales = vec![AxisScale::new(RATIO); drives];
     let mut robot = EtherCatRobot::open(&interface, &EtherCatConfig::new(&scales)).expect("the segment opens");
     let first = loop {
-        if let Some(state) = robot.receive(robot.due() + Nanos(1)).expect("the link holds") {
+        if let Some(state) = robot.receive(robot.due() + Nanos(1)).expect("the link works") {
             break state;
         }
     };
     for _ in 0..10_000 {
         robot.send(&Order::Hold).expect("sent");
-        if let Some(state) = robot.receive(robot.due() + Nanos(1)).expect("the link holds") {
+        if let Some(state) = robot.receive(robot.due() + Nanos(1)).expect("the link works") {
             assert!(largest(&state.position, &first.position) < 0.01, "an axis moves though nothing is enabled");
         }
     }

@@ -10,14 +10,14 @@ use std::process::Command;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// Two segments at 1 kHz at a time are one too many for a small machine.
+/// A small machine runs one segment at 1 kHz at a time only.
 static TURN: Mutex<()> = Mutex::new(());
 static PAIRS: AtomicU32 = AtomicU32::new(0);
 
 /// Counts per radian or metre of the test's axes.
 pub(crate) const RATIO: f64 = 1e5;
 
-/// A pair of connected interfaces that goes away with its owner.
+/// A pair of connected interfaces, removed on drop.
 pub(crate) struct Veth {
     /// The robot's interface.
     pub(crate) ours: String,
@@ -27,7 +27,7 @@ pub(crate) struct Veth {
 }
 
 impl Veth {
-    /// `None`, and a line that says so, where it cannot be made.
+    /// Creates the pair; reports and returns `None` where it cannot be created.
     pub(crate) fn new(test: &str) -> Option<Self> {
         let turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
         // SAFETY: no arguments, never fails.
@@ -40,7 +40,7 @@ impl Veth {
             && ip(&["link", "set", ours, "up"])
             && ip(&["link", "set", theirs, "up"]);
         if !made {
-            println!("ignored: {test} needs root and `ip` to make a veth pair");
+            println!("ignored: {test} needs root and `ip` to create a veth pair");
         }
         made.then_some(pair)
     }
@@ -52,24 +52,24 @@ impl Drop for Veth {
     }
 }
 
-/// Whether `ip` did what it was asked for.
+/// Whether `ip` succeeded.
 pub(crate) fn ip(arguments: &[&str]) -> bool {
     Command::new("ip").args(arguments).output().is_ok_and(|done| done.status.success())
 }
 
-/// As a drive does with its cycle, where that is permitted; whether it is.
+/// Raises the thread's priority where permitted, as a drive with its own cycle; returns whether it is raised.
 fn raise_priority() -> bool {
     let parameters = libc::sched_param { sched_priority: 50 };
-    // SAFETY: the parameters outlive the call; 0 is the calling thread. A refusal leaves it as it is.
+    // SAFETY: the parameters outlive the call; 0 is the calling thread. A refusal changes nothing.
     unsafe { libc::sched_setscheduler(0, libc::SCHED_FIFO, &raw const parameters) == 0 }
 }
 
-/// A robot of as many axes as there are drives, and its other side.
+/// A robot with one axis per drive, and its emulated segment.
 pub(crate) struct Rig {
-    /// Until a test drops it.
+    /// `Some` until a test drops it.
     pub(crate) robot: Option<EtherCatRobot>,
     responder: Option<Responder>,
-    /// The pair between the two.
+    /// The pair of interfaces.
     pub(crate) veth: Veth,
 }
 
@@ -86,7 +86,7 @@ pub(crate) fn config(drives: usize) -> EtherCatConfig {
     EtherCatConfig { clocks: false, answer: Nanos::from_millis(1), ..EtherCatConfig::new(&scales) }
 }
 
-/// Drives that stand at some angle off zero.
+/// Returns drives at angles other than zero.
 pub(crate) fn models(count: usize) -> Vec<DriveModel> {
     (0..count).map(|i| DriveModel::new(10_000 + 3000 * i as i32)).collect()
 }
@@ -120,14 +120,14 @@ impl Rig {
         self.responder.as_ref().expect("answering").segment()
     }
 
-    /// One cycle, without the heap; `None` if it was lost.
+    /// Runs one cycle without allocation; `None` if it was lost.
     pub(crate) fn cycle(&mut self) -> Option<RobotState> {
         let robot = self.robot();
         let deadline = robot.due() + Nanos::from_micros(1);
-        assert_no_alloc(|| robot.receive(deadline)).expect("the link holds")
+        assert_no_alloc(|| robot.receive(deadline)).expect("the link works")
     }
 
-    /// Cycles until one is not lost.
+    /// Runs cycles until one is not lost.
     pub(crate) fn report(&mut self) -> RobotState {
         (0..2000).find_map(|_| self.cycle()).expect("a cycle that is not lost")
     }
@@ -136,20 +136,20 @@ impl Rig {
         assert_no_alloc(|| self.robot().send(&order)).expect("sent");
     }
 
-    /// Asks for where the axes stand until the drives follow; gives that place.
+    /// Commands the present positions until the drives follow; returns these positions.
     pub(crate) fn enable(&mut self) -> [f64; AXES] {
         for _ in 0..500 {
-            let at = self.report().asked.expect("targets");
+            let at = self.report().reported_set_point.expect("targets");
             if self.robot().phase() == BringUpPhase::Following {
                 return at;
             }
             self.send(Order::Move(at));
         }
-        panic!("the drives do not come up: {:?}", self.robot().phase());
+        panic!("the drives are not enabled: {:?}", self.robot().phase());
     }
 }
 
-/// A raised cosine in every axis about where it stands: no step in position or velocity \[rad\], \[m\].
+/// Returns a raised cosine in every axis about its position: no step in position or velocity \[rad\], \[m\].
 pub(crate) fn swing(start: &[f64; AXES], cycle: u32) -> [f64; AXES] {
     let swing = 0.05 * (1.0 - (std::f64::consts::TAU * f64::from(cycle) * 1e-3).cos());
     start.map(|at| at + swing)

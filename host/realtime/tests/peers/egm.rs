@@ -14,7 +14,8 @@ const START: [f64; AXES] = [0.1, -0.5, 0.4, 0.0, 0.5, -0.3, 1.2];
 fn abb_robot_egm_moves_our_robot() {
     let _alone = alone();
     let mut client = PythonPeer::start("egm_client.py", &["1000"]);
-    let settings = EgmSettings { rail: true, ..EgmSettings::new(loopback(PythonPeer::port(&client.told(), "port"))) };
+    let settings =
+        EgmSettings { rail: true, ..EgmSettings::new(loopback(PythonPeer::port(&client.next_line(), "port"))) };
     let mut robot = EgmController::new(settings);
     robot.set_force(Some(Wrench { force: vec3(1.0, 2.0, 3.0), moment: vec3(4.0, 5.0, 6.0) }));
     let start = RobotState {
@@ -24,20 +25,20 @@ fn abb_robot_egm_moves_our_robot() {
     };
     let port = UdpPort::bind(loopback(0)).unwrap();
     let served = Served::start(move |over| serve_controller(port, robot, start, over));
-    let told = client.told();
+    let result = client.next_line();
     std::thread::sleep(std::time::Duration::from_millis(50));
     let end = served.end();
-    assert_eq!((told["missed"].as_u64(), told["mci_state"].as_u64()), (Some(0), Some(3)));
-    assert_eq!((told["motors_on"].as_bool(), told["rapid_running"].as_bool()), (Some(true), Some(true)));
-    assert_eq!(told["last"].as_u64().unwrap() - told["first"].as_u64().unwrap(), 999);
-    assert_near(&numbers(&told["position"]), &[1000.0, 250.0, 1500.0], 1e-9);
-    assert_near(&numbers(&told["force"]), &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0], 0.0);
-    assert_near(&numbers(&told["torque"]), &[10.0; 6], 0.0);
-    // The last report was two cycles behind the last target; the robot has come there since.
-    let target = numbers(&told["target"]);
-    assert_near(&numbers(&told["joints"]), &target, 0.2);
+    assert_eq!((result["missed"].as_u64(), result["mci_state"].as_u64()), (Some(0), Some(3)));
+    assert_eq!((result["motors_on"].as_bool(), result["rapid_running"].as_bool()), (Some(true), Some(true)));
+    assert_eq!(result["last"].as_u64().unwrap() - result["first"].as_u64().unwrap(), 999);
+    assert_near(&numbers(&result["position"]), &[1000.0, 250.0, 1500.0], 1e-9);
+    assert_near(&numbers(&result["force"]), &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0], 0.0);
+    assert_near(&numbers(&result["torque"]), &[10.0; 6], 0.0);
+    // The last report is two cycles behind the last target; the robot has arrived there since.
+    let target = numbers(&result["target"]);
+    assert_near(&numbers(&result["joints"]), &target, 0.2);
     let joints: Vec<_> = end.position[..RAIL].iter().map(|angle| angle.to_degrees()).collect();
     assert_near(&joints, &target, 1e-9);
-    assert_near(&[end.position[RAIL] * 1e3], &numbers(&told["external_target"]), 1e-9);
-    assert_near(&numbers(&told["external"]), &numbers(&told["external_target"]), 0.1);
+    assert_near(&[end.position[RAIL] * 1e3], &numbers(&result["external_target"]), 1e-9);
+    assert_near(&numbers(&result["external"]), &numbers(&result["external_target"]), 0.1);
 }

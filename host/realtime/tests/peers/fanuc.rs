@@ -13,7 +13,7 @@ use std::f64::consts::TAU;
 use std::time::Duration;
 
 const CYCLE: Nanos = Nanos::from_millis(8);
-/// Where the fake controller starts \[deg\].
+/// Start of the fake controller \[deg\].
 const START: [f64; RAIL] = [5.0, -30.0, 20.0, 0.0, -40.0, 10.0];
 /// Amplitude of the motion \[deg\] and its period \[s\].
 const SWING: f64 = 8.0;
@@ -28,7 +28,7 @@ fn next(robot: &mut ArmedFanuc<UdpPort>) -> RobotState {
     panic!("no status within five seconds");
 }
 
-/// A swing that begins and ends at rest.
+/// A swing from rest to rest.
 fn target(start: &[f64; AXES], time: f64) -> [f64; AXES] {
     let swing = 0.5 * SWING.to_radians() * (1.0 - (TAU * time / PERIOD).cos());
     std::array::from_fn(|axis| if axis < RAIL { start[axis] + swing } else { 0.0 })
@@ -37,7 +37,7 @@ fn target(start: &[f64; AXES], time: f64) -> [f64; AXES] {
 fn drive(version: &str, periods: f64) {
     let _alone = alone();
     let mut controller = PythonPeer::start("fanuc_controller.py", &[version]);
-    let ports = controller.told();
+    let ports = controller.next_line();
     let address = |key| loopback(PythonPeer::port(&ports, key));
     let robot = FanucRobot::open(UdpPort::bind(loopback(0)).unwrap(), address("stream"), CYCLE).unwrap();
     let mut robot = ArmedFanuc::arm(robot, address("rmi"), Duration::from_secs(5)).unwrap();
@@ -74,7 +74,7 @@ fn drive(version: &str, periods: f64) {
     assert_eq!(result["violations"].as_array().map(Vec::len), Some(0), "{result}");
     assert_eq!(result["alarms"].as_array().map(Vec::len), Some(0), "{result}");
     assert!(result["error"].is_null(), "{result}");
-    // It lags by 125 ms, 0.9 deg at the fastest, and is back where it began.
+    // The lag is 125 ms, 0.9 deg at the greatest speed; the motion ends at its start.
     assert_near(&numbers(&result["joints"])[..RAIL], &START, 0.05);
     assert!(worst.to_degrees() < 1.5);
     assert_eq!((counters.malformed, counters.foreign), (0, 0));
@@ -88,34 +88,34 @@ fn our_driver_moves_the_strict_controller_without_a_violation() {
 
 #[test]
 #[ignore = "needs airo-fanuc: SOFTDOCK_PEER_PYTHON"]
-fn our_driver_speaks_the_older_version_too() {
+fn our_driver_supports_the_older_version() {
     drive("3", 1.0);
 }
 
-/// Arms against a fake controller in trouble; what it says then, and the controller's end.
+/// Arms against a fake controller with a fault; returns the error, and the controller's result.
 fn refused_by(trouble: &str) -> String {
     let mut controller = PythonPeer::start("fanuc_controller.py", &["4", trouble]);
-    let ports = controller.told();
+    let ports = controller.next_line();
     let address = |key| loopback(PythonPeer::port(&ports, key));
     let robot = FanucRobot::open(UdpPort::bind(loopback(0)).unwrap(), address("stream"), CYCLE).unwrap();
-    let said = ArmedFanuc::arm(robot, address("rmi"), Duration::from_secs(1)).err().expect(trouble).to_string();
+    let error = ArmedFanuc::arm(robot, address("rmi"), Duration::from_secs(1)).err().expect(trouble).to_string();
     let result = controller.end();
-    println!("{trouble}: {said}");
+    println!("{trouble}: {error}");
     assert_eq!(result["violations"].as_array().map(Vec::len), Some(0), "{result}");
     assert_near(&numbers(&result["joints"])[..RAIL], &START, 1e-6);
-    said
+    error
 }
 
 #[test]
 #[ignore = "needs airo-fanuc: SOFTDOCK_PEER_PYTHON"]
-fn the_strict_controllers_refusals_have_its_own_words() {
+fn refusals_quote_the_strict_controller() {
     let _alone = alone();
-    let said = refused_by("estop");
-    assert!(said.contains("its servos are off: SRVO-001 Operator panel E-stop"), "{said}");
+    let error = refused_by("estop");
+    assert!(error.contains("its servos are off: SRVO-001 Operator panel E-stop"), "{error}");
     assert!(refused_by("teach").contains("teach pendant is on"));
-    let said = refused_by("state");
-    assert!(said.contains("refuses FRC_Initialize with error 2556943: Invalid Controller State"), "{said}");
-    assert!(refused_by("program").contains("does not wait for commands"));
+    let error = refused_by("state");
+    assert!(error.contains("refuses FRC_Initialize with error 2556943: Invalid Controller State"), "{error}");
+    assert!(refused_by("program").contains("is not ready for commands"));
 }
 
 #[test]
@@ -130,11 +130,11 @@ fn airo_fanuc_moves_our_controller() {
     controller.obey(rmi.remote());
     let start = std::array::from_fn(|axis| START.get(axis).map_or(0.0, |angle| angle.to_radians()));
     let served = Served::start(move |over| serve_controller(port, controller, at_rest(start), over));
-    let told = PythonPeer::start("fanuc_client.py", &[&stream, &arming]).told();
+    let result = PythonPeer::start("fanuc_client.py", &[&stream, &arming]).next_line();
     let end = served.end();
-    assert_eq!(told["result"], "done", "{told}");
+    assert_eq!(result["result"], "done", "{result}");
     let there: Vec<_> = START.iter().map(|angle| angle + 5.0).collect();
-    assert_near(&numbers(&told["joints"]), &there, 0.01);
+    assert_near(&numbers(&result["joints"]), &there, 0.01);
     let joints: Vec<_> = end.position[..RAIL].iter().map(|angle| angle.to_degrees()).collect();
     assert_near(&joints, &there, 0.01);
 }

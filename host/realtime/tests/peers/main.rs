@@ -1,9 +1,9 @@
-//! Our drivers and emulated other sides against what third parties have written.
+//! Our drivers and emulated devices against software of third parties.
 //!
-//! All of these are ignored by default: `tests/peers/install.sh DIRECTORY` makes the Python environment that they need,
+//! All tests are ignored by default: `tests/peers/install.sh DIRECTORY` creates the Python environment that they need,
 //! and `SOFTDOCK_PEER_PYTHON=DIRECTORY/bin/python cargo test --release -p softdock-realtime --test peers -- --ignored`
-//! runs them, one after the other. A test whose variable is not set fails and says so, but for the ones that need the
-//! address of a running controller: these say that they were skipped.
+//! runs them, one after the other. A test without its variable fails with a message; tests that need the address of a
+//! running controller report that they were skipped.
 
 mod egm;
 mod fanuc;
@@ -32,13 +32,13 @@ fn loopback(port: u16) -> SocketAddr {
     SocketAddr::from(([127, 0, 0, 1], port))
 }
 
-/// The time on the clock of the ports.
+/// Returns the time on the clock of the ports.
 fn now() -> Nanos {
     static CLOCK: OnceLock<UdpPort> = OnceLock::new();
     CLOCK.get_or_init(|| UdpPort::bind(loopback(0)).unwrap()).now()
 }
 
-/// A peer in a process of its own that tells a line of JSON when it is there, and another one at its end.
+/// A peer in its own process; it prints a line of JSON when it is ready, and another one at its end.
 struct PythonPeer {
     child: Child,
     stdin: ChildStdin,
@@ -57,22 +57,22 @@ impl PythonPeer {
         Self { child, stdin, stdout }
     }
 
-    /// The next line that it tells.
-    fn told(&mut self) -> Value {
+    /// Returns the next line of the peer.
+    fn next_line(&mut self) -> Value {
         let mut line = String::new();
         self.stdout.read_line(&mut line).unwrap();
-        serde_json::from_str(&line).unwrap_or_else(|_| panic!("the peer has told {line:?}"))
+        serde_json::from_str(&line).unwrap_or_else(|_| panic!("the peer printed {line:?}"))
     }
 
-    /// A port that it has told.
-    fn port(told: &Value, key: &str) -> u16 {
-        u16::try_from(told[key].as_u64().unwrap()).unwrap()
+    /// Returns a port from the peer's first line.
+    fn port(value: &Value, key: &str) -> u16 {
+        u16::try_from(value[key].as_u64().unwrap()).unwrap()
     }
 
-    /// Asks it to end, and takes its result.
+    /// Ends the peer, and returns its result.
     fn end(&mut self) -> Value {
         self.stdin.write_all(b"\n").unwrap();
-        self.told()
+        self.next_line()
     }
 }
 
@@ -83,18 +83,24 @@ impl Drop for PythonPeer {
     }
 }
 
-/// Numbers that a peer has told.
-fn numbers(told: &Value) -> Vec<f64> {
-    told.as_array().unwrap_or_else(|| panic!("{told} is no list")).iter().map(|value| value.as_f64().unwrap()).collect()
+/// Returns numbers from a peer's result.
+fn numbers(value: &Value) -> Vec<f64> {
+    value
+        .as_array()
+        .unwrap_or_else(|| panic!("{value} is no list"))
+        .iter()
+        .map(|value| value.as_f64().unwrap())
+        .collect()
 }
 
 #[track_caller]
-fn assert_near(told: &[f64], expected: &[f64], tolerance: f64) {
-    let near = told.len() == expected.len() && told.iter().zip(expected).all(|(a, b)| (a - b).abs() <= tolerance);
-    assert!(near, "{told:?} is not {expected:?}");
+fn assert_near(measured: &[f64], expected: &[f64], tolerance: f64) {
+    let near =
+        measured.len() == expected.len() && measured.iter().zip(expected).all(|(a, b)| (a - b).abs() <= tolerance);
+    assert!(near, "{measured:?} is not {expected:?}");
 }
 
-/// An emulated other side on a socket and the machine's clock, until this is dropped.
+/// An emulated device on a socket and the machine's clock, until dropped.
 struct Served<T> {
     over: Arc<AtomicBool>,
     thread: Option<JoinHandle<T>>,
@@ -122,7 +128,7 @@ impl<T> Drop for Served<T> {
     }
 }
 
-/// Serves a controller whose robot is where it is asked to be; returns where that was at the end.
+/// Serves a controller whose robot is always at its target; returns the last target.
 fn serve_controller(
     mut port: UdpPort,
     mut controller: impl EmulatedController,
@@ -143,7 +149,7 @@ fn serve_controller(
     state
 }
 
-/// Serves a sensor that measures the same all the time.
+/// Serves a sensor with constant readings.
 fn serve_sensor(mut port: UdpPort, mut sensor: impl SensorBox, sample: ForceSample, over: &AtomicBool) {
     let mut next = port.now();
     while !over.load(Ordering::Relaxed) {
@@ -169,7 +175,7 @@ fn at_rest(position: [f64; AXES]) -> RobotState {
         stamp: Nanos(0),
         received: Nanos(0),
         position,
-        asked: Some(position),
+        reported_set_point: Some(position),
         torque: None,
         pose: None,
         late_answers: 0,

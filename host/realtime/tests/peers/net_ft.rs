@@ -16,7 +16,7 @@ use std::time::Duration;
 
 const POUND: f64 = 4.448_221_615_260_5;
 
-/// The next sample of a driver.
+/// Returns the next sample of a driver.
 fn wait_for_sample(driver: &mut NetFt<UdpPort>) -> ForceSample {
     for _ in 0..2000 {
         if let Some(sample) = driver.latest().unwrap() {
@@ -32,7 +32,7 @@ fn wait_for_sample(driver: &mut NetFt<UdpPort>) -> ForceSample {
 fn our_driver_reads_pynetfts_fake_sensor() {
     let _alone = alone();
     let mut sensor = PythonPeer::start("net_ft_sensor.py", &[]);
-    let ports = sensor.told();
+    let ports = sensor.next_line();
     let address = |key| loopback(PythonPeer::port(&ports, key));
     let calibration = fetch_calibration(address("http"), Duration::from_secs(5)).unwrap();
     assert_eq!(calibration.product, "Gamma");
@@ -52,7 +52,7 @@ fn our_driver_reads_pynetfts_fake_sensor() {
     assert!(sample.saturated && !sample.invalid);
     let counters = driver.counters();
     assert_eq!((counters.lost, counters.malformed, counters.foreign), (2, 1, 0));
-    // It falls silent: the driver asks again, and the second stream begins.
+    // The stream ends: the driver requests it again, and the second stream begins.
     let sample = wait_for_sample(&mut driver);
     assert_near(&[sample.wrench.force.x], &[7.0 * POUND], 1e-9);
     drop(driver);
@@ -80,7 +80,7 @@ fn pynetft_reads_our_box() {
     let http = server.local_address().port().to_string();
     let sensor = NetBox::new(calibration, Nanos::from_millis(1));
     let served = Served::start(move |over| serve_sensor(port, sensor, load(), over));
-    let result = PythonPeer::start("net_ft_client.py", &["pynetft", "127.0.0.1", &rdt, &http]).told();
+    let result = PythonPeer::start("net_ft_client.py", &["pynetft", "127.0.0.1", &rdt, &http]).next_line();
     served.end();
     assert_near(&numbers(&result["wrench"]), &[1.5, -2.5, 300.0, 0.25, 0.5, -12.0], 1e-6);
     assert_near(&numbers(&result["biased"]), &[0.0; 6], 1e-6);
@@ -93,12 +93,12 @@ fn pynetft_reads_our_box() {
 #[ignore = "needs NetFT: SOFTDOCK_PEER_PYTHON"]
 fn netft_reads_our_box() {
     let _alone = alone();
-    // The port is fixed in the client: another address of this host keeps clear of whoever else has it.
+    // The client has a fixed port: another address of this host avoids conflicts.
     let address = SocketAddr::from(([127, 0, 0, 2], RDT_PORT));
     let port = UdpPort::bind(address).unwrap();
     let sensor = NetBox::new(NetFtCalibration::new(1e6, 1e6).unwrap(), Nanos::from_micros(143));
     let served = Served::start(move |over| serve_sensor(port, sensor, load(), over));
-    let result = PythonPeer::start("net_ft_client.py", &["NetFT", "127.0.0.2", "0", "0"]).told();
+    let result = PythonPeer::start("net_ft_client.py", &["NetFT", "127.0.0.2", "0", "0"]).next_line();
     served.end();
     let counts = [1.5e6, -2.5e6, 3e8, 2.5e5, 5e5, -1.2e7];
     assert_near(&numbers(&result["single"]), &counts, 0.0);

@@ -16,7 +16,7 @@ from mcap_ros2.decoder import DecoderFactory
 CYCLES = 2001
 STARTED_S = 1_800_000_000
 ROBOTS = ["robot_1", "robot_2", "emulated_1", "emulated_2"]
-# A dry run: the real robots are told to hold, so that they have no commands.
+# A dry run: the real robots are commanded to hold, so that they have no commands.
 EXPECTED = {f"/{robot}/joint_states": CYCLES for robot in ROBOTS}
 EXPECTED |= {f"/{robot}/joint_commands": CYCLES for robot in ROBOTS[2:]}
 EXPECTED |= {"/ft/wrench": CYCLES, "/ft/wrench_raw": CYCLES, "/tf": CYCLES, "/hil/cycle": CYCLES}

@@ -11,13 +11,13 @@ use std::net::SocketAddr;
 
 const START: [f64; AXES] = [0.1, -0.5, 0.4, 0.0, 0.5, -0.3, 0.0];
 
-/// As little as any controller sends: axes and IPOC.
+/// The minimum that any controller sends: axes and IPOC.
 fn least() -> TagMap {
     TagMap { axes_asked: None, pose: None, pose_asked: None, delay: None, ..TagMap::im_free() }
 }
 
-/// Holds the robot that sends to `port` for some of its cycles; the counters then, and the farthest that it has moved
-/// \[rad, m\].
+/// Holds the robot that sends to `port` for some of its cycles; returns the counters, and its greatest motion \[rad,
+/// m\].
 fn hold(port: UdpPort, tags: TagMap, cycles: usize) -> (LinkCounters, f64) {
     let mut robot = RsiRobot::new(port, tags, None).unwrap();
     let mut start = None;
@@ -35,7 +35,7 @@ fn hold(port: UdpPort, tags: TagMap, cycles: usize) -> (LinkCounters, f64) {
 
 #[test]
 #[ignore = "needs a running controller: SOFTDOCK_PEER_RSI, the local address that it sends to"]
-fn a_running_controller_is_held() {
+fn running_controller_is_held() {
     let Ok(address) = std::env::var("SOFTDOCK_PEER_RSI") else {
         println!("ignored: SOFTDOCK_PEER_RSI is not set");
         return;

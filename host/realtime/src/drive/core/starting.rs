@@ -105,8 +105,8 @@ impl Core {
         if (now - begun).seconds() >= ENABLE_TIME {
             self.state = match self.turn().filter(|_| self.task.armed) {
                 Some(to) => {
-                    let way = JointMove::new(self.begun_at, to, &self.limits);
-                    State::Weighing { way, begun: now, leg: Leg::Out }
+                    let path = JointMove::new(self.begun_at, to, &self.limits);
+                    State::Weighing { path, begun: now, leg: Leg::Out }
                 }
                 None => self.after_weighing(now),
             };
@@ -115,8 +115,8 @@ impl Core {
     }
 
     fn after_weighing(&self, now: Nanos) -> State {
-        let way = JointMove::new(self.begun_at, self.start_axes().0, &self.limits);
-        if self.off_start().is_some() { State::ToStart { way, begun: now } } else { resting(now) }
+        let path = JointMove::new(self.begun_at, self.start_axes().0, &self.limits);
+        if self.off_start().is_some() { State::ToStart { path, begun: now } } else { resting(now) }
     }
 
     /// Returns axes at which the tool has another attitude on the sensor: a wrist axis of robot 1 is turned, if that
@@ -152,16 +152,16 @@ impl Core {
     /// Weighs the tool in a second attitude: one attitude alone does not reveal sensor axes exchanged about the
     /// vertical.
     pub(super) fn weigh(&mut self, inputs: &CycleInputs) -> Orders {
-        let State::Weighing { way, begun, leg } = self.state else {
+        let State::Weighing { path, begun, leg } = self.state else {
             return self.hold_position();
         };
         let time = (inputs.now - begun).seconds();
-        let there = time > way.duration() + SETTLE_TIME;
+        let there = time > path.duration() + SETTLE_TIME;
         match leg {
             Leg::Out | Leg::Back => {
-                let orders = self.limited(&way.at(time + self.capabilities[0].cycle.seconds()), true);
+                let orders = self.limited(&path.at(time + self.capabilities[0].cycle.seconds()), true);
                 if there && matches!(self.state, State::Weighing { .. }) {
-                    let read = State::Weighing { way, begun: inputs.now, leg: Leg::Reading(Weighing::default()) };
+                    let read = State::Weighing { path, begun: inputs.now, leg: Leg::Reading(Weighing::default()) };
                     self.state = if matches!(leg, Leg::Out) { read } else { self.after_weighing(inputs.now) };
                 }
                 orders
@@ -169,7 +169,7 @@ impl Core {
             Leg::Reading(mut weighing) => {
                 self.take_reading(inputs, &mut weighing);
                 let leg = Leg::Reading(weighing);
-                self.state = State::Weighing { way, begun, leg };
+                self.state = State::Weighing { path, begun, leg };
                 if time >= TARE_TIME && weighing.samples() > 0 {
                     let change = weighing.mean() - self.checks[0].weighing().mean();
                     let limits = self.task.station.sensor.weighing;
@@ -178,8 +178,8 @@ impl Core {
                     if let Some(refusal) = self.first_failed(&[force, moment]) {
                         return self.refuse(refusal);
                     }
-                    let way = JointMove::new(way.at(way.duration()), self.begun_at, &self.limits);
-                    self.state = State::Weighing { way, begun: inputs.now, leg: Leg::Back };
+                    let path = JointMove::new(path.at(path.duration()), self.begun_at, &self.limits);
+                    self.state = State::Weighing { path, begun: inputs.now, leg: Leg::Back };
                 }
                 self.hold_position()
             }
@@ -208,14 +208,14 @@ impl Core {
         (0..2).flat_map(errors).find(|check| check.answer() == CheckOutcome::Failed)
     }
 
-    pub(super) fn move_to_start(&mut self, way: &JointMove, begun: Nanos, now: Nanos) -> Orders {
+    pub(super) fn move_to_start(&mut self, path: &JointMove, begun: Nanos, now: Nanos) -> Orders {
         let time = (now - begun).seconds() + self.capabilities[0].cycle.seconds();
-        let orders = self.limited(&way.at(time), true);
+        let orders = self.limited(&path.at(time), true);
         // The robots lag behind their commands and get a second to settle.
-        if time > way.duration() {
+        if time > path.duration() {
             match self.off_start() {
                 None => self.state = resting(now),
-                Some(refusal) if time > way.duration() + 3.0 => return self.refuse(refusal),
+                Some(refusal) if time > path.duration() + 3.0 => return self.refuse(refusal),
                 Some(_) => {}
             }
         }

@@ -1,4 +1,4 @@
-//! Records written and read: bit for bit, whatever the values, wherever the file ends.
+//! Written records are read bit for bit, for any values and any end of the file.
 
 use super::*;
 use crate::log::mcap::{LogFile, Setup};
@@ -33,7 +33,7 @@ fn setup() -> Setup {
     }
 }
 
-/// A log's bytes, and the places where a chunk was whole.
+/// A log's bytes, and the ends of its chunks.
 fn written(records: &[CycleRecord], per_chunk: usize) -> (Vec<u8>, Vec<usize>) {
     let mut log = LogFile::new(Cursor::new(Vec::new()), &setup()).expect("a log");
     let mut chunks = Vec::new();
@@ -54,7 +54,7 @@ fn read(bytes: &[u8]) -> Result<Log, LogError> {
 }
 
 #[test]
-fn twenty_thousand_records_come_back_bit_for_bit() {
+fn twenty_thousand_records_round_trip_bit_for_bit() {
     let records: Vec<CycleRecord> = (0..20_000).map(sample::cycle).collect();
     let begin = Instant::now();
     let (bytes, _) = written(&records, 1000);
@@ -71,7 +71,7 @@ fn twenty_thousand_records_come_back_bit_for_bit() {
 }
 
 #[test]
-fn any_bits_come_back() {
+fn arbitrary_bits_round_trip() {
     let records: Vec<CycleRecord> = (0..2_000).map(sample::any).collect();
     let (bytes, _) = written(&records, 300);
     assert_same(&read(&bytes).expect("a log").records, &records);
@@ -81,14 +81,14 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
     #[test]
-    fn any_records_come_back(seeds in prop::collection::vec(any::<u64>(), 0..12), per_chunk in 1_usize..5) {
+    fn arbitrary_records_round_trip(seeds in prop::collection::vec(any::<u64>(), 0..12), per_chunk in 1_usize..5) {
         let records: Vec<CycleRecord> = seeds.into_iter().map(sample::any).collect();
         let (bytes, _) = written(&records, per_chunk);
         assert_same(&read(&bytes).expect("a log").records, &records);
     }
 }
 
-/// Ends of the chunks in a file: where its chunk records end.
+/// Ends of the chunks in a file.
 fn chunk_ends(bytes: &[u8]) -> Vec<usize> {
     const MAGIC: usize = 8;
     const CHUNK: u8 = 6;
@@ -104,17 +104,17 @@ fn chunk_ends(bytes: &[u8]) -> Vec<usize> {
 }
 
 #[test]
-fn a_file_that_ends_anywhere_gives_all_whole_chunks() {
+fn truncated_file_gives_all_complete_chunks() {
     let records: Vec<CycleRecord> = (0..60).map(sample::cycle).collect();
     let (bytes, chunks) = written(&records, 5);
-    // The first chunk holds the definitions and the description alone.
+    // The first chunk has only the definitions and the description.
     let ends = chunk_ends(&bytes).split_off(1);
     assert_eq!(ends.len(), chunks.len());
     let around = ends.iter().flat_map(|end| [end - 1, *end, end + 1]);
     let every = (0..bytes.len()).step_by(101);
     let mut cuts = 0;
     for cut in every.chain(around).chain(bytes.len() - 20..bytes.len()) {
-        let log = read(&bytes[..cut]).expect("what is there");
+        let log = read(&bytes[..cut]).expect("the complete chunks");
         let whole = ends.iter().filter(|end| **end <= cut).count();
         assert_same(&log.records, &records[..5 * whole]);
         assert!(log.ends_early.is_some(), "cut at {cut} of {}", bytes.len());
@@ -124,7 +124,7 @@ fn a_file_that_ends_anywhere_gives_all_whole_chunks() {
 }
 
 #[test]
-fn a_damaged_file_gives_true_records_or_an_error() {
+fn damaged_file_gives_correct_records_or_an_error() {
     let records: Vec<CycleRecord> = (0..40).map(sample::cycle).collect();
     let (bytes, _) = written(&records, 5);
     for place in (8..bytes.len()).step_by(61) {

@@ -1,4 +1,4 @@
-//! The table of the log: names that are fixed, units, and reports that come back as they went in.
+//! The table of the log: fixed names, units, and reports that round-trip.
 
 use super::*;
 use crate::log::sample;
@@ -19,7 +19,7 @@ fn names_are_unique_and_legal_in_ros() {
 }
 
 #[test]
-fn names_and_units_that_others_rely_on() {
+fn published_names_and_units_are_stable() {
     let columns = columns::<CycleRecord>();
     for (name, unit, meaning) in [
         ("robot_1_position_1_rad", "rad", "robot 1: measured axis: joint"),
@@ -32,11 +32,11 @@ fn names_and_units_that_others_rely_on() {
             "1",
             "robot 1: pose of the tool in the robot's base, as it reports it: rotation from its axes",
         ),
-        ("robot_1_link_lost", "1", "robot 1: link: datagrams that never came, by the sender's own count"),
-        ("ft_raw_force_x_n", "N", "sensor: as measured, the sensor's axes and origin: force"),
+        ("robot_1_link_lost", "1", "robot 1: link: lost datagrams, by the sender's own count"),
+        ("ft_raw_force_x_n", "N", "sensor: measured wrench, sensor axes and origin: force"),
         ("simulated_part_b_omega_z_rad_per_s", "rad/s", "simulated part B, contact frame: angular velocity"),
-        ("time_ns", "ns", "start of the cycle since the start of the drive, our monotonic clock"),
-        ("contact_energy_j", "J", "energy that the contact has created so far, as observed at the port"),
+        ("time_ns", "ns", "start of the cycle since the start of the session, our monotonic clock"),
+        ("contact_energy_j", "J", "energy injected by the facility so far, as observed at the port"),
     ] {
         let column = columns.iter().find(|column| column.name == name).unwrap_or_else(|| panic!("no `{name}`"));
         assert_eq!((column.unit, column.meaning.as_str()), (unit, meaning), "{name}");
@@ -45,7 +45,7 @@ fn names_and_units_that_others_rely_on() {
 }
 
 #[test]
-fn a_code_s_meaning_lists_its_words() {
+fn meaning_of_an_enumeration_lists_its_words() {
     let columns = columns::<CycleRecord>();
     let phase = columns.iter().find(|column| column.name == "phase").expect("the phase");
     assert!(phase.meaning.starts_with("phase: 0 start_up, 1 to_start, 2 taring"), "{}", phase.meaning);
@@ -56,7 +56,7 @@ fn a_code_s_meaning_lists_its_words() {
 }
 
 #[test]
-fn a_blank_record_says_nothing() {
+fn blank_record_has_no_values() {
     for (value, column) in sample::values(&CycleRecord::BLANK).into_iter().zip(columns::<CycleRecord>()) {
         assert_eq!(value, LogValue::blank(column.kind), "{}", column.name);
     }
@@ -74,13 +74,13 @@ fn limit_flags_keep_axis_and_kind_apart() {
 }
 
 #[test]
-fn a_report_comes_back_as_it_was() {
+fn report_round_trips() {
     let start = Nanos(5_000);
     let report = RobotState {
         stamp: Nanos(17),
         received: Nanos(9_000),
         position: [0.5; AXES],
-        asked: None,
+        reported_set_point: None,
         torque: Some([f64::NAN; AXES]),
         pose: Some(Pose { position: vec3(1.0, 2.0, 3.0), attitude: Quat { w: 1.0, v: vec3(0.0, 0.0, 0.0) } }),
         late_answers: 3,
@@ -94,11 +94,11 @@ fn a_report_comes_back_as_it_was() {
     assert_eq!(format!("{back:?}"), format!("{report:?}"));
     record.take(None, start);
     assert_eq!(record.report(start), None);
-    assert!(record.present() && record.position == report.position, "the last report stands");
+    assert!(record.present() && record.position == report.position, "the last report is repeated");
 }
 
 #[test]
-fn a_sample_comes_back_as_it_was() {
+fn sample_round_trips() {
     let start = Nanos(1);
     let wrench = Wrench { force: vec3(1.0, 2.0, 3.0), moment: vec3(4.0, 5.0, 6.0) };
     let sample = ForceSample { received: Nanos(2), sequence: 9, wrench, peak: wrench, saturated: true, invalid: false };
@@ -110,11 +110,11 @@ fn a_sample_comes_back_as_it_was() {
 }
 
 #[test]
-fn what_is_told_is_noted() {
+fn commands_are_recorded() {
     let mut record = RobotRecord::BLANK;
-    record.tell(Some(&Order::Move([0.25; AXES])));
+    record.set_command(Some(&Order::Move([0.25; AXES])));
     assert_eq!((record.order, record.command), (OrderKind::Move, [0.25; AXES]));
-    record.tell(Some(&Order::Hold));
+    record.set_command(Some(&Order::Hold));
     assert_eq!(record.order, OrderKind::Hold);
     assert!(record.command[0].is_nan());
 }

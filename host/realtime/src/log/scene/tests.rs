@@ -1,4 +1,4 @@
-//! The URDF of the shipped facility puts every frame where our own kinematics puts it.
+//! The URDF of the shipped facility agrees with our own kinematics.
 
 #[path = "../../../tests/drive/urdf.rs"]
 mod urdf;
@@ -25,7 +25,7 @@ fn described(plant: &Plant, station: &Station) -> (LoggedScene, urdf_rs::Robot) 
     (scene, urdf)
 }
 
-/// Positions of the axes of both robots within their limits, as their controllers count them.
+/// Positions of the axes of both robots within their limits, in controller coordinates.
 fn positions(station: &Station, arms: &Arms, number: u32) -> [[f64; AXES]; 2] {
     let limits = arms.limits(station);
     [0, 1].map(|robot| {
@@ -38,7 +38,7 @@ fn positions(station: &Station, arms: &Arms, number: u32) -> [[f64; AXES]; 2] {
 }
 
 #[test]
-fn forward_kinematics_of_the_urdf_is_ours() {
+fn urdf_kinematics_match_ours() {
     let (plant, station) = shipped();
     let arms = Arms::new(&plant, &station).expect("in reach");
     let (scene, urdf) = described(&plant, &station);
@@ -64,7 +64,7 @@ fn forward_kinematics_of_the_urdf_is_ours() {
 }
 
 #[test]
-fn transforms_are_those_of_the_urdf() {
+fn transforms_match_the_urdf() {
     let (plant, station) = shipped();
     let arms = Arms::new(&plant, &station).expect("in reach");
     let (scene, urdf) = described(&plant, &station);
@@ -84,7 +84,7 @@ fn transforms_are_those_of_the_urdf() {
 }
 
 #[test]
-fn the_urdf_is_one_tree_with_the_axes_of_the_joint_states_and_the_capsules_of_the_model() {
+fn urdf_is_one_tree_with_all_axes_and_capsules() {
     let (plant, station) = shipped();
     let (_, urdf) = described(&plant, &station);
     let children: BTreeSet<&str> = urdf.joints.iter().map(|joint| joint.child.link.as_str()).collect();
@@ -122,7 +122,7 @@ fn the_urdf_is_one_tree_with_the_axes_of_the_joint_states_and_the_capsules_of_th
 }
 
 #[test]
-fn a_cylinder_lies_along_its_capsule() {
+fn cylinder_is_aligned_with_its_capsule() {
     for towards in [vec3(0.3, -0.2, 0.9), vec3(0.0, 0.0, -1.0), vec3(1.0, 0.0, 0.0), vec3(0.0, -1.0, 1e-6)] {
         let found = z_towards(towards).rotate(vec3(0.0, 0.0, 1.0));
         assert!((found - towards * (1.0 / towards.norm())).norm() < 1e-9, "{towards:?}: {found:?}");
@@ -130,7 +130,7 @@ fn a_cylinder_lies_along_its_capsule() {
 }
 
 #[test]
-fn roll_pitch_and_yaw_give_the_attitude_back_straight_up_too() {
+fn roll_pitch_yaw_round_trip_including_straight_up() {
     for number in 0..3000 {
         let draw = |place: u32| 2.0 * uniform(5, "attitude", number, place) - 1.0;
         let v = vec3(draw(0), draw(1), draw(2));

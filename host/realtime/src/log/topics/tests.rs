@@ -1,4 +1,4 @@
-//! Every column has one topic; messages of other versions and of nobody are met without harm.
+//! Every column has one topic; messages of other versions and arbitrary bytes are handled.
 
 use super::*;
 use crate::log::sample;
@@ -10,19 +10,19 @@ fn topics() -> Topics {
 }
 
 #[test]
-fn every_column_stands_in_one_topic() {
+fn every_column_has_one_topic() {
     let topics = topics();
-    let mut carried = vec![0; topics.columns.len()];
+    let mut topic_counts = vec![0; topics.columns.len()];
     for place in topics.topics.iter().flat_map(Topic::places) {
-        carried[place] += 1;
+        topic_counts[place] += 1;
     }
-    for (count, column) in carried.iter().zip(&topics.columns) {
+    for (count, column) in topic_counts.iter().zip(&topics.columns) {
         assert_eq!(*count, 1, "{}", column.name);
     }
 }
 
 #[test]
-fn the_schemas_are_those_of_ros() {
+fn schemas_match_ros() {
     let schemas: Vec<(&str, Schema)> = topics().list().collect();
     let text = |topic: &str| &schemas.iter().find(|(name, _)| *name == topic).expect("a topic").1.text;
     assert!(text("/robot_1/joint_states").starts_with("std_msgs/Header header\nstring[] name\nfloat64[] position\n"));
@@ -31,13 +31,13 @@ fn the_schemas_are_those_of_ros() {
     }
     let cycle = text("/hil/cycle");
     for line in [
-        "uint64 cycle  # [1] cycle of the master since the start of the drive",
-        "int64 robot_1_lateness_ns  # [ns] robot 1: start of our cycle after its due instant",
-        "float64 emulated_2_computed_rail_m  # [m] emulated robot 2: command that the loop computed, behind the limits; sent if armed: rail",
+        "uint64 cycle  # [1] cycle of the master since the start of the session",
+        "int64 robot_1_lateness_ns  # [ns] robot 1: delay of our cycle's start after its due time",
+        "float64 emulated_2_computed_rail_m  # [m] emulated robot 2: command computed by the loop, limited; sent if armed: rail",
     ] {
         assert!(cycle.lines().any(|found| found == line), "no `{line}` in\n{cycle}");
     }
-    assert!(!cycle.contains("robot_1_position_1_rad"), "what a standard message carries is not said twice");
+    assert!(!cycle.contains("robot_1_position_1_rad"), "columns of standard messages are not repeated");
 }
 
 /// A message of `/hil/cycle` with the given schema's fields; numbers are the fields' positions.
@@ -57,7 +57,7 @@ fn foreign(schema: &str) -> Vec<u8> {
 }
 
 #[test]
-fn a_log_of_another_version_is_read_by_its_names() {
+fn log_of_another_version_is_read_by_column_names() {
     let mut topics = topics();
     let schema = "std_msgs/Header header
 uint64 tick  # moved forward
@@ -78,9 +78,9 @@ float64 contact_energy_j
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(256))]
 
-    /// What a checksum lets through may still be nonsense.
+    /// Bytes with a valid checksum may still be invalid.
     #[test]
-    fn any_bytes_are_decoded_or_refused(
+    fn arbitrary_bytes_are_decoded_or_refused(
         seed in any::<u64>(),
         cut in any::<prop::sample::Index>(),
         changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 0..6),

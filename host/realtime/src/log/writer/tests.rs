@@ -6,16 +6,16 @@ use crate::log::sample;
 use std::process::Command;
 use std::sync::mpsc;
 
-/// A sink that waits for leave before each record.
+/// A sink that waits for permission before each record.
 struct Slow {
-    leave: mpsc::Receiver<()>,
+    permission: mpsc::Receiver<()>,
     seen: mpsc::Sender<(u64, u64, u32)>,
     records: u64,
 }
 
 impl LogSink for Slow {
     fn write(&mut self, record: &CycleRecord) -> Result<(), LogError> {
-        let _ = self.leave.recv();
+        let _ = self.permission.recv();
         self.records += 1;
         let _ = self.seen.send((record.cycle, record.log_dropped, record.flags));
         Ok(())
@@ -31,7 +31,7 @@ impl LogSink for Slow {
 }
 
 #[test]
-fn records_arrive_in_order_and_whole() {
+fn records_arrive_complete_and_in_order() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("drive.mcap");
     let mut log = LogWriter::create(&path, &Setup::default()).expect("a log");
@@ -42,21 +42,21 @@ fn records_arrive_in_order_and_whole() {
     let read = read_log(&path).expect("a log");
     assert_eq!(read.ends_early, None);
     sample::assert_same(&read.records, &records);
-    assert!(LogWriter::create(&path, &Setup::default()).is_err(), "a log is never written over");
+    assert!(LogWriter::create(&path, &Setup::default()).is_err(), "a log is never overwritten");
 }
 
 #[test]
-fn a_full_ring_drops_and_counts_and_the_log_says_so() {
-    let (leave, given) = mpsc::channel();
+fn full_ring_drops_and_counts_records() {
+    let (permission, given) = mpsc::channel();
     let (seen, out) = mpsc::channel();
-    let mut log = LogWriter::start(Slow { leave: given, seen, records: 0 }, 8).expect("a thread");
+    let mut log = LogWriter::start(Slow { permission: given, seen, records: 0 }, 8).expect("a thread");
     let handed: Vec<Handed> = (0..20).map(|n| log.push(sample::cycle(n))).collect();
-    // The thread may have taken one out of the ring before it waits.
+    // The thread may have taken one record before it waits.
     let over = handed.iter().filter(|handed| **handed == Handed::Over).count();
     assert!((8..=9).contains(&over), "{handed:?}");
     assert_eq!(handed.last(), Some(&Handed::Dropped));
     assert_eq!(log.dropped(), 20 - over as u64);
-    drop(leave);
+    drop(permission);
     while log.ring.slots() < 8 {
         thread::sleep(REST);
     }
@@ -93,7 +93,7 @@ impl LogSink for Failing {
 }
 
 #[test]
-fn the_cycle_goes_on_when_the_thread_fails_and_knows_it() {
+fn cycle_continues_and_gets_the_error_of_a_failed_thread() {
     for (panics, word) in [(true, "no more paper"), (false, "no storage space")] {
         let mut log = LogWriter::start(Failing { panics, records: 0 }, 64).expect("a thread");
         let (mut over, mut lost) = (0, 0);
@@ -114,10 +114,10 @@ fn the_cycle_goes_on_when_the_thread_fails_and_knows_it() {
     }
 }
 
-/// What the log costs: `cargo test --release -p softdock-realtime what_the_log_costs -- --ignored --nocapture`.
+/// Measures the cost of the log: `cargo test --release -p softdock-realtime measure_log_cost -- --ignored --nocapture`.
 #[test]
 #[ignore = "a measurement"]
-fn what_the_log_costs() {
+fn measure_log_cost() {
     const RECORDS: u64 = 60_000;
     let records: Vec<CycleRecord> = (0..RECORDS).map(sample::noisy).collect();
     let mut file = LogFile::new(std::io::Cursor::new(Vec::new()), &Setup::default()).expect("a log");
@@ -162,9 +162,9 @@ fn per_record(took: Duration, records: u64) -> f64 {
 
 const KILLED_LOG: &str = "SOFTDOCK_KILLED_LOG";
 
-/// What the next test kills: writes records at 1 kHz until then.
+/// Process that the next test kills: writes records at 1 kHz until then.
 #[test]
-#[ignore = "run by a_killed_process_leaves_all_but_its_last_second"]
+#[ignore = "run by killed_process_loses_at_most_its_last_second"]
 fn write_until_killed() {
     let path = std::env::var(KILLED_LOG).expect("the log's path");
     let mut log = LogWriter::create(Path::new(&path), &Setup::default()).expect("a log");
@@ -175,7 +175,7 @@ fn write_until_killed() {
 }
 
 #[test]
-fn a_killed_process_leaves_all_but_its_last_second() {
+fn killed_process_loses_at_most_its_last_second() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("killed.mcap");
     let test = "log::writer::tests::write_until_killed";

@@ -1,4 +1,4 @@
-//! The emulated EGM robot: reports first, each cycle, and moves to the joint targets that come back.
+//! The emulated EGM robot: reports first, each cycle, and moves to the joint targets in the answers.
 
 use super::CYCLE;
 use super::messages::{EgmAxes, EgmMotion, RobotReport, SensorCommand};
@@ -12,23 +12,23 @@ use std::net::SocketAddr;
 /// Distance at which a joint counts as converged \[rad\]: 0.5 deg, the default of `EGMRunJoint`.
 const CONVERGED: f64 = 0.5 * std::f64::consts::PI / 180.0;
 
-/// Habits of the robot's EGM session.
+/// Settings of the robot's EGM session.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EgmSettings {
-    /// Where it sends to (its `UdpUc` device).
+    /// Address that it sends to (its `UdpUc` device).
     pub client: SocketAddr,
     /// Period of its messages (`SampleRate`): a multiple of 4 ms.
     pub cycle: Nanos,
-    /// It has a rail as its first external axis.
+    /// Whether its first external axis is a rail.
     pub rail: bool,
-    /// How long without a target before the session ends with an error (`CommTimeout`).
+    /// Time without a target after which the session ends with an error (`CommTimeout`).
     pub silence: Nanos,
-    /// How long at the target before the session ends by itself (`CondTime`); `None`: it does not.
+    /// Time at the target after which the session ends by itself (`CondTime`); `None`: never.
     pub settled: Option<Nanos>,
 }
 
 impl EgmSettings {
-    /// A session at 4 ms that ends after one second without targets and does not end by convergence.
+    /// Creates a session at 4 ms that ends after one second without targets and does not end by convergence.
     pub fn new(client: SocketAddr) -> Self {
         Self { client, cycle: CYCLE, rail: false, silence: Nanos::from_millis(1000), settled: None }
     }
@@ -39,46 +39,46 @@ pub struct EgmController {
     settings: EgmSettings,
     sequence: u32,
     commanded: Option<u32>,
-    asked: Option<[f64; AXES]>,
+    target: Option<[f64; AXES]>,
     line: Option<Line>,
     /// Last target taken.
-    heard: Nanos,
-    /// Since when it has been where it was asked to be.
+    last_target: Nanos,
+    /// Time since which it is at its target.
     settled_since: Option<Nanos>,
     force: Option<Wrench<f64>>,
     fault: Option<&'static str>,
 }
 
 impl EgmController {
-    /// A robot whose `EGMRunJoint` begins with its first report.
+    /// Creates a robot whose `EGMRunJoint` begins with its first report.
     pub fn new(settings: EgmSettings) -> Self {
         Self {
             settings,
             sequence: 0,
             commanded: None,
-            asked: None,
+            target: None,
             line: None,
-            heard: Nanos(0),
+            last_target: Nanos(0),
             settled_since: None,
             force: None,
             fault: None,
         }
     }
 
-    /// What its own force sensor shall report from now on: N, N m.
+    /// Sets the reading of its own force sensor: N, N m.
     pub fn set_force(&mut self, force: Option<Wrench<f64>>) {
         self.force = force;
     }
 
-    /// Watches for the two ways in which a session ends.
+    /// Evaluates the two conditions that end a session.
     fn watch(&mut self, now: Nanos, measured: &[f64; AXES]) {
-        let Some(asked) = self.asked else {
+        let Some(target) = self.target else {
             return;
         };
-        if now - self.heard > self.settings.silence {
-            self.fault = Some("CommTimeout: targets have ceased");
+        if now - self.last_target > self.settings.silence {
+            self.fault = Some("CommTimeout: no more targets");
         }
-        let near = (0..RAIL).all(|axis| (measured[axis] - asked[axis]).abs() < CONVERGED);
+        let near = (0..RAIL).all(|axis| (measured[axis] - target[axis]).abs() < CONVERGED);
         self.settled_since = near.then(|| self.settled_since.unwrap_or(now));
         if let (Some(since), Some(time)) = (self.settled_since, self.settings.settled)
             && now - since >= time
@@ -107,8 +107,8 @@ impl EmulatedController for EgmController {
         if self.commanded.is_some_and(|before| progress(before, command.sequence) <= 0) {
             return;
         }
-        // Joints that are not told stay where they were asked to be.
-        let mut target = self.asked.unwrap_or(line.to);
+        // Joints without a target keep their last one.
+        let mut target = self.target.unwrap_or(line.to);
         for (axis, degrees) in target[..RAIL].iter_mut().zip(command.planned.joints.as_slice()) {
             *axis = degrees.to_radians();
         }
@@ -116,7 +116,7 @@ impl EmulatedController for EgmController {
             target[RAIL] = rail * 1e-3;
         }
         if plausible(&target) {
-            (self.commanded, self.asked, self.heard) = (Some(command.sequence), Some(target), now);
+            (self.commanded, self.target, self.last_target) = (Some(command.sequence), Some(target), now);
         }
     }
 
@@ -129,9 +129,9 @@ impl EmulatedController for EgmController {
             self.watch(now, &state.position);
         }
         let from = self.line.map_or(state.position, |line| line.at(now, self.settings.cycle));
-        let asked = self.asked.filter(|_| self.fault.is_none());
-        self.line = Some(Line { from, to: asked.unwrap_or(from), since: now });
-        // After the session the robot goes on reporting that EGM has stopped.
+        let target = self.target.filter(|_| self.fault.is_none());
+        self.line = Some(Line { from, to: target.unwrap_or(from), since: now });
+        // After the session the robot continues to report that EGM has stopped.
         let report = RobotReport {
             sequence: self.sequence,
             time_ms: (now.0 / 1_000_000) as u32,
@@ -158,11 +158,11 @@ impl EmulatedController for EgmController {
     }
 
     fn has_client(&self) -> bool {
-        self.asked.is_some() && self.fault.is_none()
+        self.target.is_some() && self.fault.is_none()
     }
 
     fn renew(&mut self, at: [f64; AXES]) {
-        (self.fault, self.commanded, self.asked, self.settled_since) = (None, None, None, None);
+        (self.fault, self.commanded, self.target, self.settled_since) = (None, None, None, None);
         self.line = self.line.map(|line| Line { from: at, to: at, ..line });
     }
 }

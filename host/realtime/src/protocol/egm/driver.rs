@@ -1,4 +1,4 @@
-//! Our side of EGM: a robot that reports first, each cycle, and takes joint targets.
+//! Our side of EGM: a link to a robot that reports first, each cycle, and takes joint targets.
 
 use super::messages::{EgmAxes, EgmMotion, RobotReport, SensorCommand};
 use crate::protocol::link::{self, Peer, Succession};
@@ -10,10 +10,10 @@ use crate::wire::Port;
 use softdock_kernels::vector::{Pose, Quat, vec3};
 use std::net::IpAddr;
 
-/// Largest tool position that is believed \[mm\].
+/// Greatest accepted tool position \[mm\].
 const MAX_POSE: f64 = 1e6;
 
-/// A robot behind EGM.
+/// A link to an EGM robot.
 pub struct EgmRobot<P> {
     port: P,
     cycle: Nanos,
@@ -23,14 +23,14 @@ pub struct EgmRobot<P> {
     session: Session,
 }
 
-/// What the session has seen and asked for.
+/// State of the session.
 #[derive(Clone, Copy, Debug, Default)]
 struct Session {
-    /// How far the messages have come.
+    /// Progress of the message count.
     succession: Succession,
-    /// Where it is held before any motion, and later where it was last asked to be: joints \[rad\], rail \[m\].
-    asked: Option<[f64; AXES]>,
-    /// Until when the last report can be answered.
+    /// Holding position before any motion, later the last target: joints \[rad\], rail \[m\].
+    target: Option<[f64; AXES]>,
+    /// Deadline for answering the last report.
     pending: Option<Nanos>,
     /// Count of our messages.
     sent: u32,
@@ -38,8 +38,8 @@ struct Session {
 }
 
 impl<P: Port> EgmRobot<P> {
-    /// A robot that will send to `port` each `cycle`, with its first external axis as a rail or without: only from the
-    /// host `from`, if one is given, and in any case only from the address that the first good message comes from.
+    /// Creates a link to a robot that sends to `port` each `cycle`, with or without a rail as its first external axis.
+    /// Accepts only the host `from`, if given, and only the address of the first valid message.
     pub fn new(port: P, cycle: Nanos, rail: bool, from: Option<IpAddr>) -> Self {
         let (peer, counters) = (Peer::new(from), LinkCounters::default());
         Self { port, cycle, rail, peer, counters, session: Session::default() }
@@ -58,9 +58,9 @@ fn axes(motion: &EgmMotion, rail: bool) -> Option<[f64; AXES]> {
     Some(axes).filter(plausible)
 }
 
-/// The tool's pose; `None` if it is none (a quaternion of no length).
-fn pose(told: [f64; 7]) -> Option<Pose<f64>> {
-    let [x, y, z, u0, u1, u2, u3] = told;
+/// Returns the tool's pose; `None` for a quaternion of zero length.
+fn pose(fields: [f64; 7]) -> Option<Pose<f64>> {
+    let [x, y, z, u0, u1, u2, u3] = fields;
     let length = (u0 * u0 + u1 * u1 + u2 * u2 + u3 * u3).sqrt();
     let attitude = Quat { w: u0, v: vec3(u1, u2, u3) };
     (0.9..1.1)
@@ -68,26 +68,26 @@ fn pose(told: [f64; 7]) -> Option<Pose<f64>> {
         .then(|| Pose { position: vec3(x * 1e-3, y * 1e-3, z * 1e-3), attitude: attitude.normalized() })
 }
 
-/// A report as a state; `None` if it is not to be believed.
+/// Converts a report to a state; `None` if it is not plausible.
 fn state(report: &RobotReport, rail: bool, received: Nanos) -> Option<RobotState> {
     let position = axes(&report.feedback, rail)?;
     let torque = report.torque.as_slice();
-    let told = report.feedback.pose;
-    let believable = told.is_none_or(|told| told.iter().all(|value| value.abs() <= MAX_POSE))
+    let reported = report.feedback.pose;
+    let believable = reported.is_none_or(|reported| reported.iter().all(|value| value.abs() <= MAX_POSE))
         && torque.iter().all(|value| value.abs() <= MAX_EFFORT);
     believable.then(|| RobotState {
         stamp: Nanos(0),
         received,
         position,
-        asked: axes(&report.planned, rail),
+        reported_set_point: axes(&report.planned, rail),
         torque: (!torque.is_empty()).then(|| std::array::from_fn(|axis| torque.get(axis).copied().unwrap_or(0.0))),
-        pose: told.and_then(pose),
+        pose: reported.and_then(pose),
         late_answers: 0,
         ready: report.motors_on && report.running && report.rapid_running,
     })
 }
 
-/// Takes a datagram into the session, or counts why not.
+/// Takes a datagram into the session, or counts its rejection.
 fn take(
     session: &mut Session,
     counters: &mut LinkCounters,
@@ -103,10 +103,10 @@ fn take(
     if !session.succession.admits(report.sequence, report.time_ms, counters) {
         return None;
     }
-    if session.asked.is_none() || !state.ready {
-        // Held where its planner has it: where it is measured to be sags under load. While it does not follow it may be
-        // moved by others, and must be held there once it does.
-        session.asked = state.asked.or(Some(state.position));
+    if session.target.is_none() || !state.ready {
+        // Holds at the planner's position: the measured one sags under load. Until the robot follows, others may move
+        // it; it must then be held where it is.
+        session.target = state.reported_set_point.or(Some(state.position));
     }
     state.stamp = session.succession.stamp;
     state.ready &= !session.ended;
@@ -139,7 +139,7 @@ impl<P: Port> RobotLink for EgmRobot<P> {
     }
 
     fn send(&mut self, order: &Order) -> Result<(), LinkFault> {
-        let (Some(held), Some(to)) = (self.session.asked, self.peer.address()) else {
+        let (Some(held), Some(to)) = (self.session.target, self.peer.address()) else {
             return Ok(());
         };
         let target = match order {
@@ -147,7 +147,7 @@ impl<P: Port> RobotLink for EgmRobot<P> {
             Order::Hold | Order::Move(_) | Order::End(_) => held,
         };
         if !plausible(&target) {
-            return Err(LinkFault::Unsendable("an axis is not a number or out of every range"));
+            return Err(LinkFault::Unsendable("an axis is not a number or outside every range"));
         }
         if !self.rail && target[RAIL].abs() > 1e-9 {
             return Err(LinkFault::Unsendable("this EGM robot has no rail"));
@@ -165,8 +165,8 @@ impl<P: Port> RobotLink for EgmRobot<P> {
         let message = command.message();
         self.port.send(message.as_bytes().ok_or(LinkFault::Unsendable("the message is too long"))?, to)?;
         self.session.sent = self.session.sent.wrapping_add(1);
-        self.session.asked = Some(target);
-        // EGM has no word for the end: the last target is repeated until the robot has converged to it.
+        self.session.target = Some(target);
+        // EGM has no message that ends a session: the last target is repeated until the robot has converged.
         self.session.ended |= matches!(order, Order::End(_));
         Ok(())
     }

@@ -17,7 +17,7 @@ const MCI_STOPPED: u64 = 2;
 /// `RAPID_RUNNING`.
 const RAPID_RUNNING: u64 = 2;
 
-/// Joints and external joints of a report or a command, and the tool's pose if it is told.
+/// Joints and external joints of a report or a command, and the tool's pose if reported.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct EgmMotion {
     /// Joint angles \[deg\].
@@ -33,31 +33,31 @@ pub struct EgmMotion {
 pub struct RobotReport {
     /// Count of its messages.
     pub sequence: u32,
-    /// Its time \[ms\]; wraps after 49.7 days.
+    /// Robot time \[ms\]; wraps after 49.7 days.
     pub time_ms: u32,
-    /// What it measures.
+    /// Measured motion.
     pub feedback: EgmMotion,
-    /// What its motion planner follows.
+    /// Planned motion.
     pub planned: EgmMotion,
-    /// Drives are on; a report without this counts as on.
+    /// Whether the drives are on; a report without this field counts as on.
     pub motors_on: bool,
-    /// EGM runs; likewise.
+    /// Whether EGM runs; likewise.
     pub running: bool,
-    /// Its RAPID program runs; likewise.
+    /// Whether its RAPID program runs; likewise.
     pub rapid_running: bool,
-    /// It is where it was asked to be.
+    /// Whether it has converged to its target.
     pub converged: bool,
     /// Force \[N\] and moment \[N m\] of its own sensor, if it has one.
     pub force: EgmAxes,
-    /// Torques of its joints \[N m\], if it tells them (RobotWare 7).
+    /// Torques of its joints \[N m\], if reported (RobotWare 7).
     pub torque: EgmAxes,
 }
 
 impl RobotReport {
-    /// Reads a report.
+    /// Parses a report.
     ///
     /// # Errors
-    /// If it is no such message, has no header or no joints, or a number is not finite.
+    /// If the bytes are another message, lack header or joints, or a number is not finite.
     pub fn read(datagram: &[u8]) -> Result<Self, ProtobufError> {
         let mut report = Self { motors_on: true, running: true, rapid_running: true, ..Self::default() };
         let mut header = None;
@@ -81,7 +81,7 @@ impl RobotReport {
         if report.feedback.joints.as_slice().is_empty() { Err(ProtobufError) } else { Ok(report) }
     }
 
-    /// The message; forces in the layout of RobotWare 7, in which `fcActive` comes first.
+    /// Serialises the message; forces in the layout of RobotWare 7, in which `fcActive` comes first.
     pub fn message(&self) -> Message {
         let mut message = Message::default();
         write_header(&mut message, self.sequence, self.time_ms, TYPE_DATA);
@@ -111,15 +111,15 @@ pub struct SensorCommand {
     pub sequence: u32,
     /// Its time \[ms\].
     pub time_ms: u32,
-    /// Where joints and external joints shall be.
+    /// Targets of joints and external joints.
     pub planned: EgmMotion,
 }
 
 impl SensorCommand {
-    /// Reads a command, as an emulated robot does.
+    /// Parses a command, as an emulated robot does.
     ///
     /// # Errors
-    /// If it is no correction, has no header, or a number is not finite.
+    /// If the bytes are no correction, lack the header, or a number is not finite.
     pub fn read(datagram: &[u8]) -> Result<Self, ProtobufError> {
         let mut command = Self::default();
         let mut header = None;
@@ -136,7 +136,7 @@ impl SensorCommand {
         Ok(command)
     }
 
-    /// The message.
+    /// Serialises the message.
     pub fn message(&self) -> Message {
         let mut message = Message::default();
         write_header(&mut message, self.sequence, self.time_ms, TYPE_CORRECTION);
@@ -202,7 +202,7 @@ fn write_motion(message: &mut Message, motion: &EgmMotion) {
     }
 }
 
-/// Numbers as fields 1, 2, 3 and so on.
+/// Adds numbers as fields 1, 2, 3 and so on.
 fn write_numbered(message: &mut Message, values: &[f64]) {
     for (number, &value) in (1..).zip(values) {
         message.double(number, value);
@@ -220,7 +220,7 @@ fn read_axes(value: WireValue) -> Result<EgmAxes, ProtobufError> {
     Ok(axes)
 }
 
-/// A pose if both position and quaternion are whole.
+/// Returns a pose if both position and quaternion are complete.
 fn read_pose(value: WireValue) -> Result<Option<[f64; 7]>, ProtobufError> {
     let mut pose = [0.0; 7];
     let mut seen = 0u8;
@@ -243,7 +243,7 @@ fn read_pose(value: WireValue) -> Result<Option<[f64; 7]>, ProtobufError> {
     Ok((seen == 0b111_1111).then_some(pose))
 }
 
-/// The one enumeration in a state message.
+/// Reads the one enumeration in a state message.
 fn read_state(value: WireValue) -> Result<u64, ProtobufError> {
     let mut state = 0;
     let mut fields = value.message()?;
@@ -287,7 +287,7 @@ mod tests {
     }
 
     #[test]
-    fn forces_of_both_robotwares_are_read() {
+    fn forces_of_both_robotware_versions_are_read() {
         let report = RobotReport {
             feedback: EgmMotion { joints: EgmAxes::of(&[0.0; 6]), ..EgmMotion::default() },
             ..RobotReport::default()
@@ -315,7 +315,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_report_is_refused() {
+    fn other_messages_are_refused() {
         assert_eq!(RobotReport::read(&[]), Err(ProtobufError));
         let command = SensorCommand::default().message();
         assert_eq!(RobotReport::read(command.as_bytes().unwrap()), Err(ProtobufError));

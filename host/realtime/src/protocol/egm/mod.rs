@@ -1,5 +1,5 @@
-//! ABB Externally Guided Motion: the robot sends its state as protobuf over UDP, by default each 4 ms, and wants joint
-//! targets back.
+//! ABB Externally Guided Motion: the robot sends its state as protobuf over UDP, by default each 4 ms, and takes joint
+//! targets as answers.
 //!
 //! [`messages`] is the codec on top of [`wire_format`], [`driver`] our side, [`controller`] the emulated robot.
 
@@ -12,7 +12,7 @@ pub mod wire_format;
 
 use crate::time::Nanos;
 
-/// Port to which a robot sends unless its `UdpUc` device says otherwise.
+/// Default port of a robot's `UdpUc` device.
 pub const EGM_PORT: u16 = 6510;
-/// Cycle of a robot unless its motion asks for another.
+/// Default cycle of a robot's motion.
 pub const CYCLE: Nanos = Nanos::from_millis(4);

@@ -1,4 +1,4 @@
-//! Driver and emulated robot against one another, cycle by cycle.
+//! Driver against emulated robot, cycle by cycle.
 
 use super::controller::{EgmController, EgmSettings};
 use super::driver::EgmRobot;
@@ -55,7 +55,7 @@ fn assert_near(a: [f64; AXES], b: [f64; AXES]) {
 }
 
 #[test]
-fn it_follows_holds_and_ends_by_convergence() {
+fn robot_follows_holds_and_ends_by_convergence() {
     let mut bench = Bench::new(|settings| settings.settled = Some(Nanos::from_millis(1500)));
     for _ in 0..5 {
         assert!(bench.cycle(&Order::Hold).unwrap().ready);
@@ -79,7 +79,7 @@ fn it_follows_holds_and_ends_by_convergence() {
 }
 
 #[test]
-fn a_robot_that_was_moved_before_it_follows_is_held_where_it_is() {
+fn robot_moved_before_following_is_held_at_its_position() {
     let port = MemoryPort::default();
     let mut driver = EgmRobot::new(port.clone(), CYCLE, false, None);
     for (sequence, running, angle) in [(0, false, 10.0), (1, false, 20.0), (2, true, 20.0), (3, true, 20.1)] {
@@ -104,18 +104,18 @@ fn a_robot_that_was_moved_before_it_follows_is_held_where_it_is() {
 }
 
 #[test]
-fn silence_ends_the_session() {
+fn session_ends_without_targets() {
     let mut bench = Bench::new(|_| {});
     bench.cycle(&Order::Hold).unwrap();
     for _ in 0..252 {
         bench.begin_cycle();
     }
-    assert_eq!(bench.controller.fault(), Some("CommTimeout: targets have ceased"));
+    assert_eq!(bench.controller.fault(), Some("CommTimeout: no more targets"));
     assert!(!bench.cycle(&Order::Hold).unwrap().ready);
 }
 
 #[test]
-fn only_the_newest_is_answered_and_nothing_too_late() {
+fn only_newest_report_is_answered_and_only_in_time() {
     let mut bench = Bench::new(|_| {});
     bench.cycle(&Order::Hold);
     bench.begin_cycle();
@@ -133,7 +133,7 @@ fn only_the_newest_is_answered_and_nothing_too_late() {
 }
 
 #[test]
-fn losses_old_ones_and_strangers_are_counted() {
+fn lost_old_and_foreign_datagrams_are_counted() {
     let mut bench = Bench::new(|_| {});
     bench.cycle(&Order::Hold);
     let mut old = None;
@@ -149,7 +149,7 @@ fn losses_old_ones_and_strangers_are_counted() {
 }
 
 #[test]
-fn no_wild_order_leaves() {
+fn implausible_commands_are_not_sent() {
     let mut bench = Bench::new(|settings| settings.rail = false);
     bench.measured[RAIL] = 0.0;
     for (axis, bad) in [(0, f64::NAN), (3, f64::INFINITY), (2, 1e3), (RAIL, 0.1)] {
@@ -164,7 +164,7 @@ fn no_wild_order_leaves() {
 }
 
 #[test]
-fn the_robots_force_is_reported() {
+fn robot_force_is_reported() {
     let mut controller = EgmController::new(EgmSettings::new(local()));
     controller.set_force(Some(Wrench { force: vec3(1.0, 2.0, 3.0), moment: vec3(4.0, 5.0, 6.0) }));
     let mut force = None;

@@ -1,13 +1,13 @@
-//! As much of the protobuf wire format as EGM needs: fields in, fields out, nothing allocated, nothing recursive.
+//! The subset of the protobuf wire format that EGM needs; allocates nothing, no recursion.
 
-/// Longest message that is written.
+/// Greatest length of a written message.
 pub const MAX_MESSAGE: usize = 1024;
 
-/// The bytes are no protobuf message, or not the one that they should be.
+/// The bytes are not the expected protobuf message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ProtobufError;
 
-/// A field's value as it stands on the wire.
+/// A field's value on the wire.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum WireValue<'a> {
     /// Whole numbers, flags, enumerations.
@@ -21,10 +21,10 @@ pub enum WireValue<'a> {
 }
 
 impl<'a> WireValue<'a> {
-    /// A whole number of 32 bits.
+    /// Returns an integer of 32 bits.
     ///
     /// # Errors
-    /// If it is something else.
+    /// If the value has another type.
     pub fn u32(self) -> Result<u32, ProtobufError> {
         match self {
             Self::Varint(value) => u32::try_from(value).map_err(|_| ProtobufError),
@@ -32,10 +32,10 @@ impl<'a> WireValue<'a> {
         }
     }
 
-    /// A finite number.
+    /// Returns a finite number.
     ///
     /// # Errors
-    /// If it is something else, infinite or not a number.
+    /// If the value has another type, is infinite or not a number.
     pub fn f64(self) -> Result<f64, ProtobufError> {
         match self {
             Self::Fixed64(bits) => Some(f64::from_bits(bits)).filter(|value| value.is_finite()).ok_or(ProtobufError),
@@ -43,10 +43,10 @@ impl<'a> WireValue<'a> {
         }
     }
 
-    /// The fields of a message inside.
+    /// Returns the fields of an embedded message.
     ///
     /// # Errors
-    /// If it is something else.
+    /// If the value has another type.
     pub fn message(self) -> Result<Fields<'a>, ProtobufError> {
         match self {
             Self::Bytes(bytes) => Ok(Fields(bytes)),
@@ -55,15 +55,15 @@ impl<'a> WireValue<'a> {
     }
 }
 
-/// The fields of a message, one after the other.
+/// Iterates over the fields of a message.
 #[derive(Clone, Copy, Debug)]
 pub struct Fields<'a>(pub &'a [u8]);
 
 impl<'a> Fields<'a> {
-    /// The next field's number and value; `None` at the end.
+    /// Returns the next field's number and value; `None` at the end.
     ///
     /// # Errors
-    /// If the bytes break off or are no field.
+    /// If the bytes are truncated or invalid.
     pub fn field(&mut self) -> Result<Option<(u32, WireValue<'a>)>, ProtobufError> {
         if self.0.is_empty() {
             return Ok(None);
@@ -78,7 +78,7 @@ impl<'a> Fields<'a> {
                 WireValue::Bytes(self.take(length)?)
             }
             5 => WireValue::Fixed32(u32::from_le_bytes(self.word()?)),
-            // Groups are long gone from protobuf.
+            // Protobuf has deprecated groups.
             _ => return Err(ProtobufError),
         };
         Ok(Some((number, value)))
@@ -99,7 +99,7 @@ impl<'a> Fields<'a> {
         for shift in (0..64).step_by(7) {
             let [byte] = self.word()?;
             let part = u64::from(byte & 0x7F);
-            // The tenth byte has room for one bit.
+            // The tenth byte holds one bit.
             if shift == 63 && part > 1 {
                 return Err(ProtobufError);
             }
@@ -126,19 +126,19 @@ impl<const N: usize> Default for Numbers<N> {
 }
 
 impl<const N: usize> Numbers<N> {
-    /// These numbers; those beyond `N` are left out.
+    /// Creates a list; drops numbers beyond `N`.
     pub fn of(values: &[f64]) -> Self {
         let length = values.len().min(N);
         let values = std::array::from_fn(|index| values.get(index).copied().unwrap_or(0.0));
         Self { values, length }
     }
 
-    /// The numbers.
+    /// Returns the numbers.
     pub fn as_slice(&self) -> &[f64] {
         &self.values[..self.length]
     }
 
-    /// Takes one more number, or a packed run of them.
+    /// Adds one number, or a packed run of them.
     ///
     /// # Errors
     /// If there are more than `N`, or one is not finite.
@@ -163,7 +163,7 @@ impl<const N: usize> Numbers<N> {
     }
 }
 
-/// A message being written.
+/// A message under construction.
 pub struct Message {
     bytes: [u8; MAX_MESSAGE],
     length: usize,
@@ -177,7 +177,7 @@ impl Default for Message {
 }
 
 impl Message {
-    /// The bytes to send; `None` if they do not fit.
+    /// Returns the bytes to send; `None` if they do not fit.
     pub fn as_bytes(&self) -> Option<&[u8]> {
         (!self.overflown).then(|| &self.bytes[..self.length])
     }
@@ -204,24 +204,24 @@ impl Message {
         self.put_varint(u64::from(number) << 3 | kind);
     }
 
-    /// A whole number, flag or enumeration.
+    /// Adds an integer, flag or enumeration.
     pub fn number(&mut self, number: u32, value: u64) {
         self.put_key(number, 0);
         self.put_varint(value);
     }
 
-    /// A double.
+    /// Adds a double.
     pub fn double(&mut self, number: u32, value: f64) {
         self.put_key(number, 1);
         self.put(&value.to_le_bytes());
     }
 
-    /// Doubles one by one, as proto2 writes them.
+    /// Adds doubles one by one, as proto2 writes them.
     pub fn doubles(&mut self, number: u32, values: &[f64]) {
         values.iter().for_each(|&value| self.double(number, value));
     }
 
-    /// A message inside.
+    /// Adds an embedded message.
     pub fn message(&mut self, number: u32, fill: impl FnOnce(&mut Self)) {
         let mut inner = Self::default();
         fill(&mut inner);
@@ -251,7 +251,7 @@ mod tests {
     }
 
     #[test]
-    fn what_breaks_off_or_is_no_field_is_refused() {
+    fn truncated_and_invalid_fields_are_refused() {
         for bytes in [&[0x08][..], &[0x09, 1], &[0x12, 5, 1], &[0x00, 1], &[0x0B], &[0x08, 0x80], &[0xFF; 12]] {
             assert_eq!(Fields(bytes).field(), Err(ProtobufError), "{bytes:?}");
         }
@@ -260,7 +260,7 @@ mod tests {
     }
 
     #[test]
-    fn too_many_numbers_and_wild_ones_are_refused() {
+    fn surplus_and_non_finite_numbers_are_refused() {
         let mut numbers = Numbers::<2>::default();
         assert_eq!(numbers.take(WireValue::Bytes(&[0; 16])), Ok(()));
         assert_eq!(numbers.take(WireValue::Fixed64(0)), Err(ProtobufError));

@@ -1,4 +1,4 @@
-//! The segment in OP through ethercrab: one exchange of process data a cycle.
+//! The segment in OP through ethercrab: one exchange of process data per cycle.
 
 use super::cia402::mode;
 use super::config::{EtherCatConfig, OpenError};
@@ -14,9 +14,9 @@ use ethercrab::subdevice_group::{HasDc, HasPdi, NoDc, Op};
 use ethercrab::{DefaultLock, MainDevice, SubDeviceGroup};
 use std::io;
 
-/// Devices in a segment: drives, and couplers between them. ethercrab wants a power of 2.
+/// Greatest number of devices in a segment: drives, and couplers between them. ethercrab requires a power of 2.
 pub(super) const DEVICES: usize = 16;
-/// Process data of a segment, as many bytes as one frame holds.
+/// Size of a segment's process data: the bytes of one frame.
 pub(super) const IMAGE: usize = 1024;
 pub(super) type Group<S, D> = SubDeviceGroup<DEVICES, IMAGE, DefaultLock, S, D>;
 
@@ -26,7 +26,7 @@ pub(super) enum Operating {
     Synced(Group<Op, HasDc>),
 }
 
-/// Does the same with either group.
+/// Calls the same method of either group.
 macro_rules! either {
     ($operating:expr, $group:ident => $what:expr) => {
         match $operating {
@@ -36,7 +36,7 @@ macro_rules! either {
     };
 }
 
-/// What a drive has mapped, and where it stands in the segment.
+/// A drive's mapping and its position in the segment.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Place {
     pub(super) station: usize,
@@ -45,12 +45,12 @@ pub(super) struct Place {
     pub(super) stops: StopOptions,
 }
 
-/// What came back from an exchange.
+/// Result of an exchange.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Exchange {
-    /// The working counter is the expected one: all drives have read and written.
+    /// Whether the working counter is the expected one: all drives have read and written.
     pub(super) whole: bool,
-    /// All devices are in OP.
+    /// Whether all devices are in OP.
     pub(super) operational: bool,
     /// Time of the distributed clock when the frame passed the reference, if SYNC0 is in use.
     pub(super) clock: Option<Nanos>,
@@ -66,23 +66,23 @@ pub(super) struct Bus {
 }
 
 impl Bus {
-    /// Brings the segment on an interface to OP; drives stay off, their targets are where they stand.
+    /// Brings the segment of an interface to OP; drives stay off, their targets at their positions.
     pub(super) fn open(interface: &str, config: &EtherCatConfig) -> Result<Self, OpenError> {
         let Opened { pump, main, operating, places, expected } = open(interface, config)?;
         Ok(Self { pump, main, operating: Some(operating), places, expected })
     }
 
-    /// Working counter of a whole exchange.
+    /// Returns the working counter of a complete exchange.
     pub(super) fn expected(&self) -> u16 {
         self.expected
     }
 
-    /// What each drive does at a stop, in the order of the axes in use.
+    /// Returns the stop options of each drive, in the order of the axes in use.
     pub(super) fn stops(&self) -> impl Iterator<Item = StopOptions> {
         self.places.iter().map(|place| place.stops)
     }
 
-    /// SYNC0 is in use.
+    /// Whether SYNC0 is in use.
     pub(super) fn synced(&self) -> bool {
         matches!(self.operating, Some(Operating::Synced(_)))
     }
@@ -91,19 +91,19 @@ impl Bus {
         self.pump.passed()
     }
 
-    /// Puts commands into the outputs of the next exchange.
+    /// Sets the outputs of the next exchange.
     pub(super) fn write(&mut self, commands: &[ServoCommand; AXES]) {
         let Some(operating) = &self.operating else { return };
         either!(operating, group => write_group(group, self.main, &self.places, commands));
     }
 
-    /// The reports of the last exchange.
+    /// Returns the reports of the last exchange.
     pub(super) fn read(&self, reports: &mut [Report; AXES]) {
         let Some(operating) = &self.operating else { return };
         either!(operating, group => read_group(group, self.main, &self.places, reports));
     }
 
-    /// Sends the outputs and takes the inputs; `None` if the frame was not back by the deadline.
+    /// Sends the outputs and takes the inputs; `None` if the frame has not returned by the deadline.
     ///
     /// # Errors
     /// If the interface fails.
@@ -121,7 +121,7 @@ impl Bus {
     /// Takes the segment from OP to SAFE-OP, if it still answers.
     pub(super) fn close(&mut self) {
         let until = Monotonic.now() + Nanos::from_millis(1000);
-        // At the end nobody is left who could do something about a failure: the watchdogs of the drives do.
+        // A failure here has no further consequence: the watchdogs stop the drives.
         match self.operating.take() {
             Some(Operating::Free(group)) => drop(self.pump.run(group.into_safe_op(self.main), until)),
             Some(Operating::Synced(group)) => drop(self.pump.run(group.into_safe_op(self.main), until)),
@@ -130,7 +130,7 @@ impl Bus {
     }
 }
 
-/// What came back from a transfer of process data.
+/// Result of a transfer of process data.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Transfer {
     pub(super) working_counter: u16,
@@ -138,12 +138,12 @@ pub(super) struct Transfer {
     pub(super) clock: Option<u64>,
 }
 
-/// One transfer of process data and AL states, with the distribution of the reference clock if there is one.
+/// Transfers process data and AL states once, and distributes the reference clock if there is one.
 pub(super) async fn transfer<S, D>(group: &Group<S, D>, main: &MainDevice<'_>, clocked: bool) -> Result<Transfer, Error>
 where
     S: HasPdi,
 {
-    // `tx_rx_sync_system_time` waits for its own lock where there is no reference clock (ethercrab 0.7.1).
+    // `tx_rx_sync_system_time` blocks on its own lock without a reference clock (ethercrab 0.7.1).
     if clocked {
         let response = group.tx_rx_sync_system_time(main).await?;
         let (working_counter, operational) = (response.working_counter, response.all_op());
@@ -163,7 +163,7 @@ pub(super) fn write_group<S, D>(
 {
     for (place, command) in places.iter().zip(commands) {
         if let Ok(device) = group.subdevice(main, place.station) {
-            // The lengths were compared at the start-up: there is room.
+            // The start-up has compared the lengths.
             let _ = place.outputs.write(device.io_raw_mut().outputs(), command, mode::CSP);
         }
     }

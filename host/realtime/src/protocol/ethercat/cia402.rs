@@ -1,4 +1,4 @@
-//! The state machine of a CiA 402 drive as its controller sees it: statusword in, controlword out.
+//! The state machine of a CiA 402 drive on the controller side: statusword in, controlword out.
 
 /// Modes of operation, object 6060.
 pub mod mode {
@@ -12,7 +12,7 @@ pub mod mode {
 pub mod control {
     /// No voltage: the drive is off.
     pub const DISABLE_VOLTAGE: u16 = 0x00;
-    /// Bit 2 low with voltage on: stop by the quick-stop ramp.
+    /// Bit 2 low with voltage on: quick stop.
     pub const QUICK_STOP: u16 = 0x02;
     /// To *ready to switch on*.
     pub const SHUTDOWN: u16 = 0x06;
@@ -24,10 +24,10 @@ pub mod control {
     pub const FAULT_RESET: u16 = 0x80;
 }
 
-/// State of a drive, as its statusword (object 6041) tells it.
+/// State of a drive, from its statusword (object 6041).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DriveState {
-    /// Initialising; also what no other pattern fits.
+    /// Initialising; also any other pattern.
     NotReady,
     /// Initialised, off.
     SwitchOnDisabled,
@@ -46,7 +46,7 @@ pub enum DriveState {
 }
 
 impl DriveState {
-    /// The state that a statusword means (CiA 402-2, statusword patterns).
+    /// Decodes a statusword (CiA 402-2, statusword patterns).
     pub fn of(statusword: u16) -> Self {
         match statusword & 0x4F {
             0x40 => return Self::SwitchOnDisabled,
@@ -63,13 +63,13 @@ impl DriveState {
         }
     }
 
-    /// Nothing keeps a drive in this state from being enabled.
+    /// Whether a drive in this state can be enabled.
     pub fn sound(self) -> bool {
         !matches!(self, Self::NotReady | Self::FaultReaction | Self::Fault)
     }
 }
 
-/// What is wanted of a drive.
+/// Requested state of a drive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wish {
     /// Off; from motion by a quick stop.
@@ -78,7 +78,7 @@ pub enum Wish {
     On,
 }
 
-/// How far the sequence of one enabling has come.
+/// Stage of an enabling.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 enum Stage {
     #[default]
@@ -89,53 +89,54 @@ enum Stage {
     On,
 }
 
-/// Cycles that a fault reset is held before it counts as refused.
+/// Cycles of a fault reset before it counts as refused.
 const RESET_CYCLES: u16 = 1000;
 /// Cycles after which a drive that stays in *quick stop active* (option code 605A of 5 and more) is switched off.
 const QUICK_STOP_CYCLES: u16 = 1000;
 
-/// Leads one drive through the sequence of states.
+/// Controls one drive through the sequence of states.
 ///
-/// *Enable operation* is only ever sent after *shutdown* and *switch on* have been sent and answered in this
-/// enabling: a drive that somebody else has left switched on is first taken back. A drive that was on and is not any
-/// more has tripped, and stays off until [`Sequence::rearm`].
+/// Sends *enable operation* only after *shutdown* and *switch on* were sent and answered in this enabling: a drive left
+/// on by another controller is first switched off. A drive that has switched off by itself has tripped, and stays off until
+/// [`Sequence::rearm`].
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Sequence {
     stage: Stage,
     tripped: bool,
-    /// A fault may be acknowledged once, before the first enabling.
+    /// Whether a fault may be acknowledged once, before the first enabling.
     may_reset: bool,
     reset_for: u16,
     quick_for: u16,
 }
 
 impl Sequence {
-    /// A drive that is off. With `may_reset`, a fault found before its first enabling is acknowledged once.
+    /// Creates the sequence of a drive that is off. With `may_reset`, a fault before its first enabling is acknowledged
+    /// once.
     pub fn new(may_reset: bool) -> Self {
         Self { may_reset, ..Self::default() }
     }
 
-    /// It was on and has gone off by itself.
+    /// Whether the drive was on and has switched off by itself.
     pub fn tripped(&self) -> bool {
         self.tripped
     }
 
-    /// Operation is enabled, by this sequence.
+    /// Whether this sequence has enabled operation.
     pub fn on(&self) -> bool {
         self.stage == Stage::On
     }
 
-    /// *Enable operation* has been sent: from its next cycle on the drive may follow its target.
+    /// Whether *enable operation* was sent: from its next cycle on the drive may follow its target.
     pub fn enabling(&self) -> bool {
         self.stage >= Stage::Enable
     }
 
-    /// A person has looked at a tripped drive.
+    /// Permits enabling again after an operator has checked a tripped drive.
     pub fn rearm(&mut self) {
         *self = Self::new(true);
     }
 
-    /// The controlword that answers a statusword.
+    /// Returns the controlword for a statusword.
     pub fn step(&mut self, wish: Wish, statusword: u16) -> u16 {
         let state = DriveState::of(statusword);
         if self.on() && wish == Wish::On && state != DriveState::OperationEnabled {
@@ -188,7 +189,7 @@ impl Sequence {
         }
     }
 
-    /// A low cycle, then the edge, held until the drive answers or its time is over.
+    /// A low cycle, then the edge, held until the drive answers or the time-out.
     fn reset(&mut self) -> u16 {
         if !self.may_reset {
             return control::DISABLE_VOLTAGE;

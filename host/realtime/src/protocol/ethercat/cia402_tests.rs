@@ -1,9 +1,9 @@
-//! The sequence of states against a drive that behaves, and against statuswords that nobody should send.
+//! The sequence of states against an obedient drive, and against invalid statuswords.
 
 use super::*;
 use proptest::prelude::*;
 
-/// Answers of a drive that obeys at once: the statusword after a controlword.
+/// Statusword of an obedient drive after a controlword.
 fn obey(state: DriveState, word: u16) -> DriveState {
     use DriveState::*;
     match (state, word & 0x8F) {
@@ -32,7 +32,7 @@ fn statusword(state: DriveState) -> u16 {
 }
 
 #[test]
-fn statuswords_of_real_drives_are_read() {
+fn statuswords_of_real_drives_are_decoded() {
     let read = [0x0250, 0x0231, 0x0233, 0x1237, 0x0217, 0x0218, 0x021F, 0x0200].map(DriveState::of);
     use DriveState::*;
     let meant = [
@@ -49,7 +49,7 @@ fn statuswords_of_real_drives_are_read() {
 }
 
 #[test]
-fn a_drive_is_led_to_operation_enabled_and_back() {
+fn drive_reaches_operation_enabled_and_returns() {
     let (mut sequence, mut state, mut words) = (Sequence::new(false), DriveState::SwitchOnDisabled, Vec::new());
     for _ in 0..5 {
         words.push(sequence.step(Wish::On, statusword(state)));
@@ -62,7 +62,7 @@ fn a_drive_is_led_to_operation_enabled_and_back() {
 }
 
 #[test]
-fn a_drive_that_somebody_left_on_is_first_taken_back() {
+fn drive_left_on_is_first_switched_off() {
     for left in [DriveState::SwitchedOn, DriveState::OperationEnabled, DriveState::ReadyToSwitchOn] {
         let mut sequence = Sequence::new(false);
         assert_eq!(sequence.step(Wish::On, statusword(left)), control::SHUTDOWN, "{left:?}");
@@ -70,7 +70,7 @@ fn a_drive_that_somebody_left_on_is_first_taken_back() {
 }
 
 #[test]
-fn a_fault_is_acknowledged_by_an_edge_only_before_the_first_enabling_and_only_if_allowed() {
+fn fault_reset_needs_permission_and_precedes_the_first_enabling() {
     let mut sequence = Sequence::new(true);
     let words: Vec<_> = (0..3).map(|_| sequence.step(Wish::On, 0x08)).collect();
     assert_eq!(words, [0x00, 0x80, 0x80]);
@@ -80,7 +80,7 @@ fn a_fault_is_acknowledged_by_an_edge_only_before_the_first_enabling_and_only_if
 }
 
 #[test]
-fn a_drive_that_rests_in_quick_stop_is_switched_off() {
+fn drive_in_quick_stop_is_switched_off() {
     let mut sequence = Sequence::new(false);
     let stopped = (0..2000).filter(|_| sequence.step(Wish::Off, 0x07) == control::QUICK_STOP).count();
     assert_eq!(stopped, usize::from(QUICK_STOP_CYCLES) - 1);
@@ -88,14 +88,14 @@ fn a_drive_that_rests_in_quick_stop_is_switched_off() {
 }
 
 #[test]
-fn a_reset_that_does_nothing_is_given_up() {
+fn fault_reset_without_effect_times_out() {
     let mut sequence = Sequence::new(true);
     let high = (0..3000).filter(|_| sequence.step(Wish::On, 0x08) == control::FAULT_RESET).count();
     assert_eq!(high, usize::from(RESET_CYCLES) - 1);
 }
 
 #[test]
-fn a_drive_that_trips_stays_off() {
+fn tripped_drive_stays_off() {
     let mut sequence = Sequence::new(true);
     for word in [0x40, 0x21, 0x23, 0x27, 0x27] {
         sequence.step(Wish::On, word);
@@ -114,7 +114,7 @@ fn wishes() -> impl Strategy<Value = Wish> {
     prop_oneof![4 => Just(Wish::On), 1 => Just(Wish::Off)]
 }
 
-/// Statuswords that mean something often enough, and any others.
+/// Statuswords: frequently valid ones, and any others.
 fn statuswords() -> impl Strategy<Value = u16> {
     let meant = prop_oneof![Just(0x40u16), Just(0x21), Just(0x23), Just(0x27), Just(0x07), Just(0x08), Just(0x0F)];
     prop_oneof![3 => meant, 1 => any::<u16>()]
@@ -124,9 +124,9 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(2000))]
 
     #[test]
-    fn no_statuswords_enable_without_the_sequence(inputs in prop::collection::vec((wishes(), statuswords()), 1..60)) {
+    fn operation_is_never_enabled_without_the_sequence(inputs in prop::collection::vec((wishes(), statuswords()), 1..60)) {
         let mut sequence = Sequence::new(true);
-        // The oracle knows nothing of stages: it looks back over what was sent and seen.
+        // The oracle has no stages: it searches the history of sent and received words.
         let (mut shutdown, mut switched) = (false, false);
         for (wish, word) in inputs {
             let state = DriveState::of(word);

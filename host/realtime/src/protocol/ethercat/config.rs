@@ -1,4 +1,4 @@
-//! What a facility says of an EtherCAT robot, and why one cannot be opened.
+//! Configuration of an EtherCAT robot, and errors of its opening.
 
 use super::CYCLE;
 use super::mapping::Unusable;
@@ -10,7 +10,7 @@ use crate::time::Nanos;
 /// One axis and the device that drives it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AxisConfig {
-    /// Place of the device in the segment, from 0.
+    /// Position of the device in the segment, from 0.
     pub station: usize,
     /// Its counts and the axis' SI units.
     pub scale: AxisScale,
@@ -19,35 +19,35 @@ pub struct AxisConfig {
 /// An EtherCAT robot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EtherCatConfig {
-    /// The axes in use: joints 1 to 6, then the rail. `None`: there is no such axis; it reads 0 and takes no targets.
+    /// The axes in use: joints 1 to 6, then the rail. `None`: the axis does not exist; it reads 0 and takes no targets.
     pub axes: [Option<AxisConfig>; AXES],
-    /// Period of the cycle, of the interpolation of the drives and of SYNC0; 1 ms by default.
+    /// Period of the cycle, of the drives' interpolation and of SYNC0; 1 ms by default.
     pub cycle: Nanos,
-    /// Frames that are not back after this time in their cycle are lost; half a cycle by default.
+    /// Time in the cycle after which a frame counts as lost; half a cycle by default.
     pub answer: Nanos,
-    /// Drives go off when their outputs have no frame for so long; set at the opening, [`WATCHDOG`] by default.
+    /// Time without a frame after which drives switch off; set at the opening, [`WATCHDOG`] by default.
     pub watchdog: Nanos,
-    /// Let the drives latch their targets by SYNC0 of the distributed clocks, if all of them have these.
+    /// Whether the drives latch their targets by SYNC0 of the distributed clocks, if all of them have these.
     pub clocks: bool,
-    /// Acknowledge faults that the drives have at the start, once. A fault that comes later is never acknowledged: a
-    /// person looks at the robot and opens it anew.
+    /// Whether faults that the drives have at the start are acknowledged, once. Later faults are never acknowledged: an
+    /// operator checks the robot and opens it anew.
     pub reset_faults: bool,
 }
 
 impl EtherCatConfig {
-    /// Axes on devices 0, 1, 2 .. of the segment, at 1 kHz; joints first, a seventh is the rail.
+    /// Creates axes on devices 0, 1, 2 .. of the segment, at 1 kHz; joints first, a seventh is the rail.
     pub fn new(scales: &[AxisScale]) -> Self {
         let axes = std::array::from_fn(|i| scales.get(i).map(|scale| AxisConfig { station: i, scale: *scale }));
         let cycle = CYCLE;
         Self { axes, cycle, answer: Nanos(cycle.0 / 2), watchdog: WATCHDOG, clocks: true, reset_faults: false }
     }
 
-    /// It has a rail.
+    /// Whether the robot has a rail.
     pub fn rail(&self) -> bool {
         self.axes[RAIL].is_some()
     }
 
-    /// What in it cannot be.
+    /// Checks the configuration.
     ///
     /// # Errors
     /// [`OpenError::Config`] with the axis and the reason.
@@ -57,7 +57,7 @@ impl EtherCatConfig {
             return flawed(format!("a cycle of {} ms is not between 0.1 and 100 ms", self.cycle.0 as f64 * 1e-6));
         }
         if self.answer.0 <= 0 || self.answer.0 > self.cycle.0 {
-            return flawed("frames must be back within the cycle".to_owned());
+            return flawed("the frame time-out must be within the cycle".to_owned());
         }
         if self.watchdog.0 < 4 * self.cycle.0 || self.watchdog.0 > 1_000_000_000 {
             let ms = self.watchdog.0 as f64 * 1e-6;
@@ -79,36 +79,36 @@ impl EtherCatConfig {
     }
 }
 
-/// Why an EtherCAT robot cannot be opened.
+/// Error of opening an EtherCAT robot.
 #[derive(Debug, thiserror::Error)]
 pub enum OpenError {
-    /// The configuration makes no sense.
+    /// The configuration is invalid.
     #[error("the configuration of the EtherCAT robot cannot be used: {0}")]
     Config(String),
     /// The interface cannot be opened.
     #[error(
-        "interface {0} cannot be opened ({1}): does it exist, is it up, and may this process open raw sockets (CAP_NET_RAW)?"
+        "interface {0} cannot be opened ({1}): check its name, that it is up, and that this process may open raw sockets (CAP_NET_RAW)"
     )]
     Interface(String, std::io::Error),
-    /// The interface has failed since.
+    /// The interface has failed later.
     #[error("the interface failed: {0}")]
     Io(#[from] std::io::Error),
-    /// Nobody answers.
+    /// No device answers.
     #[error("no EtherCAT device answers on {0}: check cable and power, and that the link is up")]
     Silent(String),
-    /// A step of the start-up did not succeed.
+    /// A step of the start-up failed.
     #[error("{0} failed: {1}")]
     Bus(&'static str, String),
-    /// A step of the start-up did not end in time.
+    /// A step of the start-up timed out.
     #[error("{0} did not end within {1} s")]
     Late(&'static str, i64),
-    /// The segment has no device at the place of an axis.
-    #[error("axis {0} is to be driven by device {1} of the segment, which has only {2}")]
+    /// The segment has no device at the position of an axis.
+    #[error("axis {0} is configured for device {1} of the segment, which has only {2} devices")]
     NoDevice(usize, usize, usize),
-    /// A drive maps its process data in a way that cannot be used.
+    /// A drive has an unusable mapping of its process data.
     #[error("drive {0} ({1}): {2}")]
     Mapping(usize, String, Unusable),
-    /// A drive cannot do what is needed, or its process data are not as it has mapped them.
+    /// A drive lacks a capability, or its process data differ from its mapping.
     #[error("drive {0} ({1}): {2}")]
     Drive(usize, String, String),
 }

@@ -1,31 +1,31 @@
-//! All drives of a robot together: enabled together from where they stand, led by targets, stopped together.
+//! All drives of a robot: enabled together at their positions, led by targets, stopped together.
 
 use super::cia402::{DriveState, Sequence, Wish, mode};
 use super::mapping::{Report, ServoCommand};
 use crate::signals::AXES;
 
-/// Cycles after which an enabling that has not come to its end has failed.
+/// Cycles after which an incomplete enabling has failed.
 pub const ENABLING_CYCLES: u32 = 5000;
-/// Cycles of standing before the quick stop that ends a session.
+/// Cycles of standstill before the quick stop that ends a session.
 const STANDING_CYCLES: u32 = 20;
-/// Cycles after which a session ends even if an axis does not come to a stand.
+/// Cycles after which a session ends even if an axis does not come to a standstill.
 const FINISH_CYCLES: u32 = 2000;
-/// An axis stands if it moves by no more than this share of its largest step in a cycle.
+/// Share of an axis' greatest step per cycle below which it counts as standing.
 const STANDING_SHARE: i32 = 500;
 
-/// What is asked of the drives for a cycle.
+/// Command to the drives for a cycle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Aim {
-    /// Off, targets where the axes are.
+    /// Off, targets at the axis positions.
     #[default]
     Rest,
     /// Enabled, at these targets \[counts\].
     Follow([i32; AXES]),
-    /// To these targets \[counts\]; when they stand, a quick stop and off.
+    /// To these targets \[counts\]; at standstill, a quick stop and off.
     Finish([i32; AXES]),
 }
 
-/// Why the drives have gone off by themselves, or were taken off.
+/// Reason why the drives have tripped or were switched off.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Trip {
     /// A drive has left *operation enabled*; its number among the axes in use.
@@ -34,32 +34,32 @@ pub enum Trip {
     Mode(usize),
     /// Not all drives were enabled in time; the first that was not.
     NotEnabled(usize),
-    /// A target was farther from the last one than the axis may go in a cycle; its drive.
+    /// A target exceeded the greatest step per cycle; its drive.
     Jump(usize),
 }
 
 impl Trip {
-    /// In words.
+    /// Returns the reason as text.
     pub fn text(self) -> &'static str {
         match self {
             Self::Drive(_) => "a drive has left operation enabled",
             Self::Mode(_) => "a drive has left cyclic synchronous position",
             Self::NotEnabled(_) => "a drive was not enabled in time",
-            Self::Jump(_) => "a target was farther away than an axis may go in a cycle",
+            Self::Jump(_) => "a target exceeded the greatest step of its axis per cycle",
         }
     }
 }
 
-/// Where the drives stand as a whole.
+/// Phase of all drives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BringUpPhase {
     /// Off.
     Resting,
-    /// On the way to operation enabled, for so many cycles.
+    /// Enabling, for this number of cycles.
     Enabling(u32),
     /// All follow their targets.
     Following,
-    /// All follow their last targets, to come to a stand: cycles so far, cycles of standing.
+    /// All follow their last targets to a standstill: cycles so far, cycles of standstill.
     Finishing(u32, u32),
     /// Off by a controlled end; they stay off.
     Ended,
@@ -74,9 +74,9 @@ struct Drive {
     target: i32,
     /// Largest step between two targets \[counts\].
     step: i32,
-    /// Position one report ago \[counts\].
+    /// Position in the previous report \[counts\].
     last: i32,
-    /// It has or may have torque by our enabling: its target stays what it was told.
+    /// Whether it has or may have torque by our enabling: its target is then kept.
     held: bool,
 }
 
@@ -89,8 +89,8 @@ pub struct Drives {
 }
 
 impl Drives {
-    /// Drives that are off. `steps` are the largest steps between two targets \[counts\], one for each drive; the rest
-    /// of them beyond [`AXES`] is ignored. With `reset`, faults found before the first enabling are acknowledged once.
+    /// Creates drives that are off. `steps` are the greatest steps between two targets \[counts\], one for each drive;
+    /// surplus ones beyond [`AXES`] are ignored. With `reset`, faults before the first enabling are acknowledged once.
     pub fn new(steps: &[i32], reset: bool) -> Self {
         let mut drives = [Drive::default(); AXES];
         for (drive, step) in drives.iter_mut().zip(steps) {
@@ -99,17 +99,17 @@ impl Drives {
         Self { drives, count: steps.len().min(AXES), phase: BringUpPhase::Resting }
     }
 
-    /// Where they stand.
+    /// Returns the phase.
     pub fn phase(&self) -> BringUpPhase {
         self.phase
     }
 
-    /// Targets last commanded \[counts\].
+    /// Returns the last commanded targets \[counts\].
     pub fn targets(&self) -> [i32; AXES] {
         self.drives.map(|drive| drive.target)
     }
 
-    /// They follow, or nothing keeps them from being enabled.
+    /// Whether they follow, or can be enabled.
     pub fn ready(&self, reports: &[Report; AXES]) -> bool {
         match self.phase {
             BringUpPhase::Following | BringUpPhase::Finishing(..) => {
@@ -122,7 +122,7 @@ impl Drives {
         }
     }
 
-    /// No drive has torque on, by its own report.
+    /// Whether no drive reports torque on.
     pub fn off(&self, reports: &[Report; AXES]) -> bool {
         reports[..self.count].iter().all(|report| {
             let state = DriveState::of(report.statusword);
@@ -130,7 +130,7 @@ impl Drives {
         })
     }
 
-    /// The first drive whose target is farther from the last one than it may go in a cycle; only while they follow.
+    /// Returns the first drive whose target exceeds its greatest step; only while they follow.
     pub fn jump(&self, targets: &[i32; AXES]) -> Option<usize> {
         matches!(self.phase, BringUpPhase::Following | BringUpPhase::Finishing(..))
             .then(|| self.farthest(targets))
@@ -142,7 +142,7 @@ impl Drives {
         drives.position(|(drive, target)| target.abs_diff(drive.target) > drive.step.unsigned_abs())
     }
 
-    /// The commands of a cycle, from what is asked and what the drives have reported.
+    /// Returns the commands of a cycle from the request and the drives' reports.
     pub fn step(&mut self, aim: &Aim, reports: &[Report; AXES]) -> [ServoCommand; AXES] {
         self.phase = self.next_phase(aim, reports);
         let wish = match self.phase {
@@ -173,7 +173,7 @@ impl Drives {
             (BringUpPhase::Resting | BringUpPhase::Enabling(_), Aim::Finish(_)) => BringUpPhase::Ended,
             (BringUpPhase::Following, Aim::Finish(_)) => BringUpPhase::Finishing(0, 0),
             (BringUpPhase::Finishing(cycles, still), Aim::Finish(targets)) => {
-                let still = if self.stands(targets, reports) { still + 1 } else { 0 };
+                let still = if self.is_standing(targets, reports) { still + 1 } else { 0 };
                 if still >= STANDING_CYCLES || cycles >= FINISH_CYCLES {
                     BringUpPhase::Ended
                 } else {
@@ -183,7 +183,7 @@ impl Drives {
         }
     }
 
-    fn stands(&self, targets: &[i32; AXES], reports: &[Report; AXES]) -> bool {
+    fn is_standing(&self, targets: &[i32; AXES], reports: &[Report; AXES]) -> bool {
         self.drives[..self.count].iter().zip(targets).zip(reports).all(|((drive, target), report)| {
             // Two counts are the noise of an encoder at rest.
             let still = (drive.step / STANDING_SHARE).max(2).unsigned_abs();
@@ -191,12 +191,12 @@ impl Drives {
         })
     }
 
-    /// Steps every sequence; a drive that cannot follow yet has its target where it stands.
+    /// Steps every sequence; the target of a drive that cannot follow yet is its position.
     fn sequence(&mut self, wish: Wish, reports: &[Report; AXES]) -> [ServoCommand; AXES] {
         let mut commands = [ServoCommand::default(); AXES];
         for ((drive, report), command) in self.drives[..self.count].iter_mut().zip(reports).zip(&mut commands) {
             let was_enabling = drive.sequence.enabling();
-            // Torque comes on in the mode that is displayed: not before it is the right one.
+            // Enables torque only once the displayed mode is the right one.
             let wish = if !was_enabling && other_mode(report) { Wish::Off } else { wish };
             command.controlword = drive.sequence.step(wish, report.statusword);
             let torque =
@@ -210,7 +210,7 @@ impl Drives {
         commands
     }
 
-    /// Looks at the drives after their sequences: all on, one lost, or too late.
+    /// Evaluates the drives after their sequences: all on, one lost, or timed out.
     fn judge(&mut self, reports: &[Report; AXES]) {
         let drives = &self.drives[..self.count];
         let lost = drives.iter().position(|drive| drive.sequence.tripped());
@@ -227,7 +227,7 @@ impl Drives {
         };
     }
 
-    /// New targets for drives that follow, or the end of following where one is too far away.
+    /// Sets new targets of following drives, or ends the following if one is too far away.
     fn lead(&mut self, aim: &Aim) {
         let (BringUpPhase::Following | BringUpPhase::Finishing(..), Aim::Follow(targets) | Aim::Finish(targets)) =
             (self.phase, aim)

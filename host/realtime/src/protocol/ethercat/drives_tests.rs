@@ -1,4 +1,4 @@
-//! Drives together: enabled from where they stand, one fault stops all, and no statuswords make a target jump.
+//! Drives together: enabled at their positions, one fault stops all, and no statuswords make a target jump.
 
 use super::super::cia402::control;
 use super::*;
@@ -13,7 +13,7 @@ const STATUS: [(DriveState, u16); 6] = [
     (DriveState::Fault, 0x08),
 ];
 
-/// Drives that obey at once and lag their targets.
+/// Obedient drives with a lag behind their targets.
 struct Rig {
     drives: Drives,
     reports: [Report; AXES],
@@ -63,7 +63,7 @@ impl Rig {
 }
 
 #[test]
-fn all_are_enabled_together_where_they_stand_and_follow() {
+fn all_drives_are_enabled_together_at_their_positions() {
     let mut rig = Rig::new(7);
     assert!(rig.drives.ready(&rig.reports));
     rig.enable();
@@ -77,7 +77,7 @@ fn all_are_enabled_together_where_they_stand_and_follow() {
 }
 
 #[test]
-fn at_rest_nothing_is_enabled_and_targets_are_where_the_axes_are() {
+fn hold_enables_nothing_and_targets_follow_positions() {
     let mut rig = Rig::new(7);
     for i in 0..100 {
         rig.reports[3].position += i;
@@ -88,7 +88,7 @@ fn at_rest_nothing_is_enabled_and_targets_are_where_the_axes_are() {
 }
 
 #[test]
-fn holding_after_motion_is_a_quick_stop_and_may_be_followed_by_another_enabling() {
+fn hold_after_motion_is_a_quick_stop_that_permits_enabling() {
     let mut rig = Rig::new(7);
     rig.enable();
     let before = rig.drives.targets();
@@ -102,7 +102,7 @@ fn holding_after_motion_is_a_quick_stop_and_may_be_followed_by_another_enabling(
 }
 
 #[test]
-fn one_fault_stops_all_for_good() {
+fn one_fault_stops_all_drives() {
     let mut rig = Rig::new(7);
     rig.enable();
     rig.reports[2].statusword = 0x08;
@@ -118,7 +118,7 @@ fn one_fault_stops_all_for_good() {
 }
 
 #[test]
-fn a_far_target_is_not_sent_and_ends_the_following() {
+fn far_target_is_not_sent_and_stops_the_drives() {
     let mut rig = Rig::new(3);
     rig.enable();
     let mut far = rig.at();
@@ -132,7 +132,7 @@ fn a_far_target_is_not_sent_and_ends_the_following() {
 }
 
 #[test]
-fn an_end_comes_to_a_stand_before_the_quick_stop() {
+fn end_reaches_standstill_before_the_quick_stop() {
     let mut rig = Rig::new(7);
     rig.enable();
     let end = rig.at().map(|counts| counts + 80);
@@ -149,7 +149,7 @@ fn an_end_comes_to_a_stand_before_the_quick_stop() {
 }
 
 #[test]
-fn a_drive_that_never_comes_up_is_named_in_time() {
+fn drive_that_is_not_enabled_in_time_is_named() {
     let mut rig = Rig::new(2);
     let at = rig.at();
     for _ in 0..=ENABLING_CYCLES + 1 {
@@ -160,7 +160,7 @@ fn a_drive_that_never_comes_up_is_named_in_time() {
 }
 
 #[test]
-fn torque_comes_on_in_no_other_mode() {
+fn torque_needs_the_right_mode() {
     let mut rig = Rig::new(1);
     rig.reports[0].mode = Some(1);
     let at = rig.at();
@@ -195,7 +195,7 @@ fn arbitrary_aim() -> impl Strategy<Value = Aim> {
     ]
 }
 
-/// Cycles in which the drives obey, so that following is reached, with arbitrary ones between.
+/// Cycles with obedient drives, so that following is reached, and arbitrary cycles between.
 fn mixed() -> impl Strategy<Value = Vec<Option<(Aim, [Report; 2])>>> {
     let wild = (arbitrary_aim(), [arbitrary_report(), arbitrary_report()]).prop_map(Some);
     prop::collection::vec(prop_oneof![4 => Just(None), 1 => wild], 1..120)
@@ -205,7 +205,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(1500))]
 
     #[test]
-    fn no_reports_make_a_target_jump_while_enabled(cycles in mixed()) {
+    fn targets_never_jump_while_enabled(cycles in mixed()) {
         let mut rig = Rig::new(2);
         let mut before: Option<[ServoCommand; AXES]> = None;
         for cycle in cycles {
@@ -223,7 +223,7 @@ proptest! {
                 if enabled(&commands[i]) {
                     match before.filter(|before| enabled(&before[i])) {
                         Some(before) => prop_assert!(commands[i].target.abs_diff(before[i].target) <= 100),
-                        None => prop_assert_eq!(commands[i].target, positions[i], "first target is not where it stands"),
+                        None => prop_assert_eq!(commands[i].target, positions[i], "first target is not the present position"),
                     }
                 }
             }

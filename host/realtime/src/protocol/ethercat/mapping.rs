@@ -1,4 +1,4 @@
-//! The process data of a drive as it maps them: which object lies at which byte, read from the device and never assumed.
+//! Process data of a drive by its own mapping: the byte of each object is read from the device and never assumed.
 
 use std::fmt;
 
@@ -10,13 +10,13 @@ pub mod object {
     pub const CONTROLWORD: u16 = 0x6040;
     /// Statusword, u16.
     pub const STATUSWORD: u16 = 0x6041;
-    /// What the drive does at a quick stop, i16.
+    /// Quick stop option code, i16.
     pub const QUICK_STOP_OPTION: u16 = 0x605A;
-    /// What it does at a shutdown, i16.
+    /// Shutdown option code, i16.
     pub const SHUTDOWN_OPTION: u16 = 0x605B;
-    /// What it does when operation is disabled, i16.
+    /// Disable operation option code, i16.
     pub const DISABLE_OPTION: u16 = 0x605C;
-    /// What it does at a fault, i16.
+    /// Fault reaction option code, i16.
     pub const FAULT_OPTION: u16 = 0x605E;
     /// Modes of operation, i8.
     pub const MODE: u16 = 0x6060;
@@ -54,27 +54,27 @@ pub struct PdoEntry {
 }
 
 impl PdoEntry {
-    /// From the word of the mapping object.
+    /// Decodes the word of the mapping object.
     pub fn from_word(word: u32) -> Self {
         Self { index: (word >> 16) as u16, subindex: (word >> 8) as u8, bits: word as u8 }
     }
 
-    /// The word of the mapping object.
+    /// Encodes the word of the mapping object.
     pub fn to_word(self) -> u32 {
         u32::from(self.index) << 16 | u32::from(self.subindex) << 8 | u32::from(self.bits)
     }
 }
 
-/// What keeps a mapping from being used.
+/// Error in a mapping.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unusable {
-    /// An object that a drive must map is not there; its index.
+    /// A required object is not mapped; its index.
     Missing(u16),
-    /// An object has another length than CiA 402 gives it: index, bits found, bits due.
+    /// An object has another length than in CiA 402: index, bits found, bits due.
     Length(u16, u8, u8),
-    /// An object does not begin at a byte; its index.
+    /// An object does not begin at a byte boundary; its index.
     Unaligned(u16),
-    /// The process data are longer than any drive's \[bit\].
+    /// The process data exceed the greatest length \[bit\].
     TooLong(usize),
 }
 
@@ -96,8 +96,10 @@ impl fmt::Display for Unusable {
             Self::Length(index, found, due) => {
                 write!(f, "object {index:04X} ({}) is mapped with {found} bit instead of {due}", name(*index))
             }
-            Self::Unaligned(index) => write!(f, "object {index:04X} ({}) does not begin at a byte", name(*index)),
-            Self::TooLong(bits) => write!(f, "{bits} bit of process data are more than the {MAX_BITS} of any drive"),
+            Self::Unaligned(index) => {
+                write!(f, "object {index:04X} ({}) does not begin at a byte boundary", name(*index))
+            }
+            Self::TooLong(bits) => write!(f, "{bits} bit of process data exceed the limit of {MAX_BITS} bit"),
         }
     }
 }
@@ -117,10 +119,10 @@ fn name(index: u16) -> &'static str {
     }
 }
 
-/// Longest process data of one direction \[bit\].
+/// Greatest length of process data of one direction \[bit\].
 const MAX_BITS: usize = 64 * 8;
 
-/// Where the outputs of a drive lie \[byte\].
+/// Offsets of a drive's outputs \[byte\].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DriveOutputs {
     /// Controlword.
@@ -133,7 +135,7 @@ pub struct DriveOutputs {
     pub length: usize,
 }
 
-/// Where the inputs of a drive lie \[byte\].
+/// Offsets of a drive's inputs \[byte\].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DriveInputs {
     /// Statusword.
@@ -152,7 +154,7 @@ pub struct DriveInputs {
     pub length: usize,
 }
 
-/// What a drive tells in a cycle, as on the wire.
+/// Report of a drive in a cycle, in wire units.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Report {
     /// Statusword.
@@ -169,7 +171,7 @@ pub struct Report {
     pub error: Option<u16>,
 }
 
-/// What a drive is told in a cycle, as on the wire.
+/// Command to a drive in a cycle, in wire units.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ServoCommand {
     /// Controlword.
@@ -179,10 +181,10 @@ pub struct ServoCommand {
 }
 
 impl DriveOutputs {
-    /// Finds the objects in the mapped entries, in the order of their assignment.
+    /// Locates the objects in the mapped entries, in the order of their assignment.
     ///
     /// # Errors
-    /// If controlword or target position are missing, or an object lies across bytes.
+    /// If controlword or target position are missing, or an object crosses bytes.
     pub fn find(entries: &[PdoEntry]) -> Result<Self, Unusable> {
         Ok(Self {
             controlword: required(entries, object::CONTROLWORD, 16)?,
@@ -192,7 +194,7 @@ impl DriveOutputs {
         })
     }
 
-    /// Writes a command; `false` if the outputs are shorter than mapped.
+    /// Writes a command; returns `false` if the outputs are shorter than mapped.
     pub fn write(&self, bytes: &mut [u8], command: &ServoCommand, mode: i8) -> bool {
         let mut put =
             |at: usize, value: &[u8]| bytes.get_mut(at..at + value.len()).map(|to| to.copy_from_slice(value)).is_some();
@@ -203,10 +205,10 @@ impl DriveOutputs {
 }
 
 impl DriveInputs {
-    /// Finds the objects in the mapped entries, in the order of their assignment.
+    /// Locates the objects in the mapped entries, in the order of their assignment.
     ///
     /// # Errors
-    /// If statusword or actual position are missing, or an object lies across bytes.
+    /// If statusword or actual position are missing, or an object crosses bytes.
     pub fn find(entries: &[PdoEntry]) -> Result<Self, Unusable> {
         Ok(Self {
             statusword: required(entries, object::STATUSWORD, 16)?,
@@ -240,7 +242,7 @@ fn required(entries: &[PdoEntry], index: u16, bits: u8) -> Result<usize, Unusabl
     optional(entries, index, bits)?.ok_or(Unusable::Missing(index))
 }
 
-/// Byte at which an object lies, if it is mapped.
+/// Returns the byte offset of an object, if it is mapped.
 fn optional(entries: &[PdoEntry], index: u16, bits: u8) -> Result<Option<usize>, Unusable> {
     let Some(place) = entries.iter().position(|entry| entry.index == index && entry.subindex == 0) else {
         return Ok(None);

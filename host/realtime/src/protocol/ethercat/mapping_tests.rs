@@ -1,4 +1,4 @@
-//! Mappings as drives have them, mappings that cannot be used, and arbitrary ones.
+//! Usual mappings of drives, unusable ones, and arbitrary ones.
 
 use super::*;
 use proptest::prelude::*;
@@ -8,7 +8,7 @@ fn entries(words: &[u32]) -> Vec<PdoEntry> {
 }
 
 #[test]
-fn a_usual_mapping_is_found() {
+fn usual_mapping_is_located() {
     let outputs = DriveOutputs::find(&entries(&[0x6040_0010, 0x607A_0020, 0x60FF_0020, 0x6060_0008])).unwrap();
     assert_eq!(outputs, DriveOutputs { controlword: 0, target: 2, mode: Some(10), length: 11 });
     let inputs = DriveInputs::find(&entries(&[0x6041_0010, 0x6064_0020, 0x606C_0020, 0x6061_0008])).unwrap();
@@ -21,7 +21,7 @@ fn a_usual_mapping_is_found() {
 }
 
 #[test]
-fn another_order_and_gaps_are_followed() {
+fn other_order_and_gaps_are_supported() {
     // A gap of one byte has the index 0.
     let outputs = DriveOutputs::find(&entries(&[0x6060_0008, 0x0000_0008, 0x607A_0020, 0x6040_0010])).unwrap();
     assert_eq!(outputs, DriveOutputs { controlword: 6, target: 2, mode: Some(0), length: 8 });
@@ -30,20 +30,22 @@ fn another_order_and_gaps_are_followed() {
 }
 
 #[test]
-fn refusals_name_the_object() {
+fn refusals_state_the_object() {
     let text = |words: &[u32]| DriveOutputs::find(&entries(words)).unwrap_err().to_string();
     assert_eq!(
         text(&[0x6040_0010, 0x60FF_0020]),
         "object 607A (target position) is not mapped in its outputs: choose a PDO with it in 1C12"
     );
     assert!(text(&[0x6040_0010, 0x607A_0010]).contains("607A (target position) is mapped with 16 bit instead of 32"));
-    assert!(text(&[0x60FE_0101, 0x6040_0010, 0x607A_0020]).contains("6040 (controlword) does not begin at a byte"));
+    assert!(
+        text(&[0x60FE_0101, 0x6040_0010, 0x607A_0020]).contains("6040 (controlword) does not begin at a byte boundary")
+    );
     assert!(DriveInputs::find(&[]).unwrap_err().to_string().contains("6041 (statusword) is not mapped in its inputs"));
     assert!(DriveInputs::find(&entries(&[0x6041_0010])).unwrap_err().to_string().contains("6064"));
 }
 
 #[test]
-fn commands_and_reports_stand_at_their_bytes() {
+fn commands_and_reports_use_their_offsets() {
     let outputs = DriveOutputs::find(&entries(&[0x6040_0010, 0x607A_0020, 0x6060_0008])).unwrap();
     let mut bytes = [0u8; 7];
     assert!(outputs.write(&mut bytes, &ServoCommand { controlword: 0x0F, target: -2 }, 8));
@@ -57,7 +59,7 @@ fn commands_and_reports_stand_at_their_bytes() {
 
 proptest! {
     #[test]
-    fn arbitrary_mappings_never_lead_outside_their_bytes(
+    fn arbitrary_mappings_stay_within_their_bytes(
         words in prop::collection::vec(
             prop_oneof![any::<u32>(), Just(0x6040_0010), Just(0x607A_0020), Just(0x6041_0010), Just(0x6064_0020), Just(0x6060_0008)],
             0..24,

@@ -1,9 +1,8 @@
 //! EtherCAT with CiA 402 drives: six axes and a rail in cyclic synchronous position.
 //!
-//! The parts without a wire stand alone: the state machine of one drive ([`cia402`]), of all together ([`drives`]), the
-//! mapping that a drive tells ([`mapping`]), its counts ([`scale`]), and what it does when nobody speaks to it any more
-//! ([`watchdog`]). The crate ethercrab brings the segment to OP
-//! and makes its datagrams; [`segment`] is the other side, at the level of frames.
+//! Modules without input and output: the state machine of one drive ([`cia402`]), of all drives ([`drives`]), the
+//! mapping of a drive ([`mapping`]), its counts ([`scale`]), its reaction to missing frames ([`watchdog`]). The crate
+//! ethercrab brings the segment to OP and creates its datagrams; [`segment`] emulates a segment at the level of frames.
 
 mod bus;
 pub mod cia402;

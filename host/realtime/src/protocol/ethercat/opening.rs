@@ -1,4 +1,4 @@
-//! The start-up of a segment: devices found, mappings read and checked, parameters set, INIT to OP.
+//! Start-up of a segment: finds devices, reads and checks mappings, sets parameters, goes from INIT to OP.
 
 use super::bus::{DEVICES, Group, IMAGE, Operating, Place, read_group, transfer, write_group};
 use super::cia402::{control, mode};
@@ -19,15 +19,15 @@ use ethercrab::{
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Duration;
 
-/// Frames on their way at once, and the data of each.
+/// Number of frames in transit, and data size of each.
 const FRAMES: usize = 8;
 const FRAME_DATA: usize = PduStorage::element_size(1100);
-/// Longest steps of the start-up \[s\].
+/// Time-outs of the start-up's steps \[s\].
 const DISCOVERY_SECONDS: i64 = 120;
 const STATE_SECONDS: i64 = 25;
-/// SYNC0 begins so long after it is set up, so that all drives have been told.
+/// Delay of SYNC0 after its set-up, so that all drives are configured.
 const SYNC_START: Duration = Duration::from_millis(100);
-/// Frames that align the distributed clocks before the cycle, whose own frames go on aligning them.
+/// Frames that align the distributed clocks before the cycle, whose frames continue the alignment.
 const ALIGNING_FRAMES: u32 = 4000;
 
 /// A segment in OP with the drives off.
@@ -39,15 +39,15 @@ pub(super) struct Opened {
     pub(super) expected: u16,
 }
 
-/// Brings the segment on an interface to OP; drives stay off, their targets are where they stand.
+/// Brings the segment of an interface to OP; drives stay off, their targets at their positions.
 pub(super) fn open(interface: &str, config: &EtherCatConfig) -> Result<Opened, OpenError> {
     config.check()?;
     let socket = RawSocket::open(interface).map_err(|error| OpenError::Interface(interface.to_owned(), error))?;
-    // ethercrab's futures borrow its store and its main device; both stay for the rest of the process, once for
-    // each robot opened, 20 kB.
+    // ethercrab's futures borrow its store and its main device; both live for the rest of the process: 20 kB for each
+    // opened robot.
     let storage: &'static PduStorage<FRAMES, FRAME_DATA> = Box::leak(Box::new(PduStorage::new()));
     let Ok((tx, rx, pdus)) = storage.try_split() else {
-        return Err(OpenError::Bus("the store of frames", "it is taken".to_owned()));
+        return Err(OpenError::Bus("the store of frames", "it is in use".to_owned()));
     };
     let settings = MainDeviceConfig {
         dc_static_sync_iterations: if config.clocks { ALIGNING_FRAMES } else { 0 },
@@ -61,7 +61,7 @@ pub(super) fn open(interface: &str, config: &EtherCatConfig) -> Result<Opened, O
     Ok(Opened { pump: opening.pump, main, operating, places, expected })
 }
 
-/// Longer than ethercrab's own, for segments of many drives and machines with other work.
+/// Longer than ethercrab's own, for segments of many drives and loaded machines.
 fn timeouts() -> Timeouts {
     Timeouts {
         state_transition: Duration::from_secs(20),
@@ -73,7 +73,7 @@ fn timeouts() -> Timeouts {
     }
 }
 
-/// What a drive says of itself.
+/// Facts that a drive reports.
 struct Facts {
     name: String,
     outputs: Vec<PdoEntry>,
@@ -88,12 +88,12 @@ struct Opening<'a> {
     pump: Pump,
     main: &'static MainDevice<'static>,
     config: &'a EtherCatConfig,
-    /// All drives have distributed clocks and are to use them.
+    /// Whether all drives have distributed clocks and shall use them.
     clocked: bool,
 }
 
 impl Opening<'_> {
-    /// One step of the start-up, with its name and its longest time.
+    /// Runs one step of the start-up, with its name and its time-out.
     fn step<T>(
         &mut self,
         name: &'static str,
@@ -101,23 +101,23 @@ impl Opening<'_> {
         future: impl Future<Output = Result<T, Error>>,
     ) -> Result<T, OpenError> {
         let deadline = Monotonic.now() + Nanos::from_millis(1000 * seconds);
-        // ethercrab 0.7 asserts that no emergency message stands in a mailbox: nothing moves yet, so refuse instead.
+        // ethercrab 0.7 asserts that no emergency message waits in a mailbox: nothing moves yet, so refuse instead.
         match catch_unwind(AssertUnwindSafe(|| self.pump.run(future, deadline))) {
             Ok(Ok(Some(Ok(done)))) => Ok(done),
             Ok(Ok(Some(Err(error)))) => Err(OpenError::Bus(name, error.to_string())),
             Ok(Ok(None)) => Err(OpenError::Late(name, seconds)),
             Ok(Err(error)) => Err(error.into()),
-            Err(_) => Err(OpenError::Bus(name, "a device sent a message that was not asked for".to_owned())),
+            Err(_) => Err(OpenError::Bus(name, "a device sent an unrequested message".to_owned())),
         }
     }
 
-    /// INIT to PRE-OP.
+    /// Goes from INIT to PRE-OP.
     fn discover(&mut self, interface: &str) -> Result<Group<PreOp, NoDc>, OpenError> {
         let now = || Monotonic.now().0 as u64;
         let found = self.main.init_single_group::<DEVICES, IMAGE>(now);
         match self.step("finding the devices", DISCOVERY_SECONDS, found) {
             Ok(group) if group.is_empty() => Err(OpenError::Silent(interface.to_owned())),
-            // A dead wire and an empty one are the same to the user.
+            // A dead interface and an empty segment have the same remedy.
             Err(OpenError::Bus(_, text)) if self.main.num_subdevices() == 0 && text.contains("imeout") => {
                 Err(OpenError::Silent(interface.to_owned()))
             }
@@ -125,7 +125,7 @@ impl Opening<'_> {
         }
     }
 
-    /// Reads what the drives map and sets their parameters, in PRE-OP.
+    /// Reads the mappings of the drives and sets their parameters, in PRE-OP.
     fn set_up(&mut self, mut group: Group<PreOp, NoDc>) -> Result<(Group<PreOp, NoDc>, Vec<Place>), OpenError> {
         let (main, config) = (self.main, *self.config);
         let mut places = Vec::with_capacity(AXES);
@@ -143,7 +143,7 @@ impl Opening<'_> {
             let name = device.name().to_owned();
             let set = watchdog::set(&device, config.watchdog);
             let found = self.step("setting the watchdog of a drive", STATE_SECONDS, set)?;
-            judge(place.station, &name, found, &config)?;
+            check_watchdog(place.station, &name, found, &config)?;
             let mapped = place.outputs.mode.is_some();
             let set = parameters(&device, axis, config.cycle, clocks, mapped);
             self.step("setting the parameters of a drive", STATE_SECONDS, set)?;
@@ -157,7 +157,7 @@ impl Opening<'_> {
         Ok((group, places))
     }
 
-    /// PRE-OP to OP, with SYNC0 where all drives have it.
+    /// Goes from PRE-OP to OP, with SYNC0 where all drives have it.
     fn operate(&mut self, group: Group<PreOp, NoDc>, places: &[Place]) -> Result<(Operating, u16), OpenError> {
         let main = self.main;
         let group = self.step("mapping the process data", STATE_SECONDS, group.into_pre_op_pdi(main))?;
@@ -187,16 +187,16 @@ impl Opening<'_> {
         Ok((Operating::Synced(self.reach_op(group, places, expected)?), expected))
     }
 
-    /// Once the drives have been configured: their watchdogs are as they were set, and frames trigger them.
-    fn look_at_watchdogs<S: HasPdi, D>(&mut self, group: &Group<S, D>, places: &[Place]) -> Result<(), OpenError> {
+    /// After the configuration of the drives, checks that their watchdogs are unchanged and triggered by frames.
+    fn check_watchdogs<S: HasPdi, D>(&mut self, group: &Group<S, D>, places: &[Place]) -> Result<(), OpenError> {
         let (main, config) = (self.main, *self.config);
         for place in places {
             let Ok(device) = group.subdevice(main, place.station) else { continue };
             let name = device.name().to_owned();
             let found = self.step("reading back the watchdog of a drive", STATE_SECONDS, watchdog::read(&device))?;
-            judge(place.station, &name, found, &config)?;
-            let look = watchdog::triggers(&device);
-            let (triggers, control) = self.step("reading the sync managers of a drive", STATE_SECONDS, look)?;
+            check_watchdog(place.station, &name, found, &config)?;
+            let trigger = watchdog::triggers(&device);
+            let (triggers, control) = self.step("reading the sync managers of a drive", STATE_SECONDS, trigger)?;
             if !triggers {
                 let text = format!(
                     "the sync manager of its outputs triggers no watchdog (bit 6 of its control byte, {control:02X})"
@@ -207,7 +207,7 @@ impl Opening<'_> {
         Ok(())
     }
 
-    /// SAFE-OP, a look at the inputs, then OP with targets where the axes stand and drives off.
+    /// Goes to SAFE-OP, reads the inputs, then to OP with targets at the axis positions and drives off.
     fn reach_op<D>(
         &mut self,
         group: Group<PreOpPdi, D>,
@@ -220,7 +220,7 @@ impl Opening<'_> {
         for _ in 0..3 {
             self.step("reading the first inputs", STATE_SECONDS, transfer(&group, main, clocked))?;
         }
-        self.look_at_watchdogs(&group, places)?;
+        self.check_watchdogs(&group, places)?;
         read_group(&group, main, places, &mut reports);
         write_group(&group, main, places, &reports.map(at_rest));
         let group = self.step("asking for OP", STATE_SECONDS, group.request_into_op(main))?;
@@ -254,8 +254,8 @@ impl Opening<'_> {
     }
 }
 
-/// A watchdog that is off, or expires too late or too early.
-fn judge(station: usize, name: &str, found: Watchdog, config: &EtherCatConfig) -> Result<(), OpenError> {
+/// Returns an error for a watchdog that is off, or expires too late or too early.
+fn check_watchdog(station: usize, name: &str, found: Watchdog, config: &EtherCatConfig) -> Result<(), OpenError> {
     let flaw = found.flaw(config.watchdog, config.cycle);
     flaw.map_or(Ok(()), |flaw| Err(OpenError::Drive(station, name.to_owned(), flaw)))
 }
@@ -264,14 +264,14 @@ fn at_rest(report: Report) -> ServoCommand {
     ServoCommand { controlword: control::DISABLE_VOLTAGE, target: report.position }
 }
 
-/// The axes in use with their numbers from 0.
+/// Returns the axes in use with their numbers from 0.
 fn axes(config: &EtherCatConfig) -> impl Iterator<Item = (usize, &AxisConfig)> {
     config.axes.iter().enumerate().filter_map(|(i, axis)| axis.as_ref().map(|axis| (i, axis)))
 }
 
 type Device<'a> = SubDeviceRef<'a, &'a SubDevice>;
 
-/// Where the objects lie, or why the drive cannot be used.
+/// Locates the objects, or returns why the drive cannot be used.
 fn place(station: usize, facts: &Facts) -> Result<Place, OpenError> {
     let refuse = |flaw| OpenError::Mapping(station, facts.name.clone(), flaw);
     if facts.modes.is_some_and(|modes| modes & mode::CSP_SUPPORTED == 0) {
@@ -301,7 +301,7 @@ async fn facts(device: &Device<'_>) -> Result<Facts, Error> {
     })
 }
 
-/// All mapped entries of the PDOs assigned to one direction, in their order.
+/// Returns all mapped entries of the PDOs assigned to one direction, in their order.
 async fn entries(device: &Device<'_>, assignment: u16) -> Result<Vec<PdoEntry>, Error> {
     let mut entries = Vec::new();
     for i in 1..=device.sdo_read::<u8>(assignment, 0).await? {
@@ -313,7 +313,7 @@ async fn entries(device: &Device<'_>, assignment: u16) -> Result<Vec<PdoEntry>, 
     Ok(entries)
 }
 
-/// Writes an object; `false` if the drive does not have it or does not take the value.
+/// Writes an object; returns `false` if the drive lacks it or refuses the value.
 async fn offer(device: &Device<'_>, index: u16, subindex: u8, value: impl EtherCrabWireWrite) -> Result<bool, Error> {
     match device.sdo_write(index, subindex, value).await {
         Err(Error::Mailbox(MailboxError::Aborted { .. })) => Ok(false),
@@ -321,7 +321,7 @@ async fn offer(device: &Device<'_>, index: u16, subindex: u8, value: impl EtherC
     }
 }
 
-/// Mode, interpolation period, following error window and synchronisation, of what the drive has of them.
+/// Sets mode, interpolation period, following error window and synchronisation, as far as the drive has them.
 async fn parameters(
     device: &Device<'_>,
     axis: &AxisConfig,
@@ -330,7 +330,7 @@ async fn parameters(
     mode_mapped: bool,
 ) -> Result<(), Error> {
     if !mode_mapped {
-        // Without it in its outputs and without the object a drive cannot be told its mode.
+        // Without the mode in its outputs and without the object the drive's mode cannot be set.
         device.sdo_write(object::MODE, 0, mode::CSP).await?;
     }
     if let Some((value, exponent)) = interpolation_period(cycle) {
@@ -348,7 +348,7 @@ async fn parameters(
     Ok(())
 }
 
-/// A cycle as object 60C2 has it: value and power of ten of seconds; `None` if it cannot be told.
+/// Encodes a cycle as object 60C2: value and power of ten of seconds; `None` if not expressible.
 fn interpolation_period(cycle: Nanos) -> Option<(u8, i8)> {
     [(-3i8, 1_000_000i64), (-4, 100_000), (-5, 10_000), (-6, 1000)].into_iter().find_map(|(exponent, unit)| {
         let value = u8::try_from(cycle.0 / unit).ok()?;
@@ -361,12 +361,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn cycles_are_told_in_the_largest_unit_that_fits() {
-        let told = |micros| interpolation_period(Nanos::from_micros(micros));
-        assert_eq!(told(1000), Some((1, -3)));
-        assert_eq!(told(4000), Some((4, -3)));
-        assert_eq!(told(250), Some((25, -5)));
-        assert_eq!(told(125), Some((125, -6)));
+    fn cycles_are_encoded_in_the_largest_exact_unit() {
+        let period = |micros| interpolation_period(Nanos::from_micros(micros));
+        assert_eq!(period(1000), Some((1, -3)));
+        assert_eq!(period(4000), Some((4, -3)));
+        assert_eq!(period(250), Some((25, -5)));
+        assert_eq!(period(125), Some((125, -6)));
         assert_eq!(interpolation_period(Nanos(333_333)), None);
     }
 }

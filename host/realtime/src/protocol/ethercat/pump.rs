@@ -1,8 +1,8 @@
-//! Moves ethercrab's frames and feeds its timers, in the thread that waits for an answer.
+//! Transfers ethercrab's frames and runs its timers, in the thread that waits for an answer.
 //!
-//! ethercrab is a set of futures over a store of frames; with its own `std` support a second thread moves the frames
-//! and a third one the timers. Here the thread of the cycle does both while it waits: no hand-over between threads, no
-//! heap, and the deadline of the wait is the cycle's own.
+//! ethercrab is a set of futures over a store of frames; its own `std` support uses a second thread for the frames and
+//! a third one for the timers. Here the cycle's thread does both while it waits: no hand-over between threads, no
+//! allocation, and the deadline of the wait is the cycle's own.
 
 use super::raw::{MAX_FRAME, RawSocket};
 use crate::clock::{Clock, Monotonic};
@@ -15,10 +15,10 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::task::{Context, Poll, Wake, Waker};
 
-/// ethercrab's timers are looked at so often while frames are waited for; only its start-up uses them.
+/// Period of polling ethercrab's timers while waiting for frames; only its start-up uses them.
 const TIMERS: Nanos = Nanos::from_millis(1);
 
-/// Something has happened that a future waits for.
+/// Set by wakers when a future can make progress.
 #[derive(Debug, Default)]
 struct Flag(AtomicBool);
 
@@ -32,7 +32,7 @@ impl Wake for Flag {
     }
 }
 
-/// The time of ethercrab's timers: the machine's monotonic clock.
+/// Time source of ethercrab's timers: the machine's monotonic clock.
 struct Timers;
 
 impl embassy_time_driver::Driver for Timers {
@@ -42,7 +42,7 @@ impl embassy_time_driver::Driver for Timers {
     }
 
     fn schedule_wake(&self, at: u64, waker: &Waker) {
-        // Later times are found by polling again: `Pump::run` does so every millisecond.
+        // `Pump::run` polls every millisecond, which covers later times.
         if at <= self.now() {
             waker.wake_by_ref();
         }
@@ -51,16 +51,16 @@ impl embassy_time_driver::Driver for Timers {
 
 embassy_time_driver::time_driver_impl!(static TIMER_DRIVER: Timers = Timers);
 
-/// What has passed the socket.
+/// Counters of the socket.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Passed {
-    /// Frames that ethercrab did not await any more, or could not read.
+    /// Frames that ethercrab no longer awaits, or could not parse.
     pub(super) stale: u64,
-    /// Frames of others.
+    /// Foreign frames.
     pub(super) foreign: u64,
 }
 
-/// The way of frames between ethercrab and an interface.
+/// Transfers frames between ethercrab and an interface.
 pub(super) struct Pump {
     socket: RawSocket,
     tx: PduTx<'static>,
@@ -82,7 +82,7 @@ impl Pump {
         self.passed
     }
 
-    /// Runs a future to its end, or drops it at the deadline: its frames may be used again, late answers are ignored.
+    /// Runs a future to its end, or drops it at the deadline: its frames may be reused, late answers are ignored.
     ///
     /// # Errors
     /// If the interface fails.
@@ -100,7 +100,7 @@ impl Pump {
                 return Ok(None);
             }
             self.transmit()?;
-            // What has come while this thread was held up is looked at once more, deadline or not.
+            // After a delay of this thread, checks received frames once more, even past the deadline.
             let now = Monotonic.now();
             over = now >= deadline;
             self.take()?;
@@ -111,7 +111,7 @@ impl Pump {
         }
     }
 
-    /// Sends all frames that are ready; one for which there is no room stays ready.
+    /// Sends all ready frames; one that exceeds the queue stays ready.
     fn transmit(&mut self) -> io::Result<()> {
         let mut failure = None;
         while let Some(frame) = self.tx.next_sendable_frame() {
@@ -130,7 +130,7 @@ impl Pump {
         failure.map_or(Ok(()), Err)
     }
 
-    /// Hands all frames that have come to ethercrab.
+    /// Passes all received frames to ethercrab.
     fn take(&mut self) -> io::Result<()> {
         while let Some(length) = self.socket.receive(&mut self.frame)? {
             match self.rx.receive_frame(self.frame.get(..length).unwrap_or_default()) {

@@ -1,4 +1,4 @@
-//! EtherCAT frames on an Ethernet interface: a raw socket that never blocks but where told until when.
+//! EtherCAT frames on an Ethernet interface: a raw socket that blocks only until a given deadline.
 
 use crate::clock::{Clock, Monotonic};
 use crate::time::Nanos;
@@ -21,10 +21,10 @@ impl RawSocket {
     /// Opens an interface by its name.
     ///
     /// # Errors
-    /// If there is no such interface, or the process may not open raw sockets (`CAP_NET_RAW`).
+    /// If the interface does not exist, or the process may not open raw sockets (`CAP_NET_RAW`).
     pub fn open(interface: &str) -> io::Result<Self> {
         let name = CString::new(interface).map_err(|_| io::Error::from(io::ErrorKind::InvalidInput))?;
-        // SAFETY: a C string of ours that outlives the call.
+        // SAFETY: a local C string that outlives the call.
         let index = unsafe { libc::if_nametoindex(name.as_ptr()) };
         let index = i32::try_from(index).ok().filter(|index| *index > 0).ok_or_else(io::Error::last_os_error)?;
         let kind = libc::SOCK_RAW | libc::SOCK_NONBLOCK | libc::SOCK_CLOEXEC;
@@ -33,7 +33,7 @@ impl RawSocket {
         if raw < 0 {
             return Err(io::Error::last_os_error());
         }
-        // SAFETY: a file descriptor that was just opened and is nobody else's.
+        // SAFETY: a file descriptor that was just opened and has no other owner.
         let socket = unsafe { OwnedFd::from_raw_fd(raw) };
         // SAFETY: a structure of integers, for which zeroes are a value.
         let mut address: libc::sockaddr_ll = unsafe { std::mem::zeroed() };
@@ -48,7 +48,7 @@ impl RawSocket {
         Ok(Self { socket })
     }
 
-    /// Sends a frame; `false` if the interface has no room for it.
+    /// Sends a frame; returns `false` if the interface's queue is full.
     ///
     /// # Errors
     /// If the interface fails.
@@ -61,7 +61,7 @@ impl RawSocket {
         }
     }
 
-    /// The next frame that has come, without waiting.
+    /// Returns the next received frame, without waiting.
     ///
     /// # Errors
     /// If the interface fails.
@@ -74,15 +74,15 @@ impl RawSocket {
         }
     }
 
-    /// Waits until a frame has come or the deadline is over.
+    /// Waits for a frame or the deadline.
     ///
     /// # Errors
-    /// If the operating system refuses to wait.
+    /// If the operating system reports an error.
     pub fn wait(&self, deadline: Nanos) -> io::Result<()> {
         let left = (deadline - Monotonic.now()).0.max(0);
         let timeout = libc::timespec { tv_sec: left / 1_000_000_000, tv_nsec: left % 1_000_000_000 };
         let mut poll = libc::pollfd { fd: self.socket.as_raw_fd(), events: libc::POLLIN, revents: 0 };
-        // SAFETY: one pollfd and one timespec of ours, both alive over the call; no signal mask.
+        // SAFETY: one pollfd and one timespec, both local and alive over the call; no signal mask.
         match unsafe { libc::ppoll(&raw mut poll, 1, &raw const timeout, std::ptr::null()) } {
             -1 => would_block(io::Error::last_os_error()),
             _ => Ok(()),
@@ -90,7 +90,7 @@ impl RawSocket {
     }
 }
 
-/// What only means *not now* is no error.
+/// Treats *would block* as no error.
 fn would_block(error: io::Error) -> io::Result<()> {
     match error.kind() {
         io::ErrorKind::WouldBlock | io::ErrorKind::Interrupted => Ok(()),

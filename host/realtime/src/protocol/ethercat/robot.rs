@@ -1,4 +1,4 @@
-//! A robot of CiA 402 drives as a robot like any other: positions in SI units out, targets in, one exchange a cycle.
+//! A link to a robot of CiA 402 drives: positions in SI units, targets, one exchange per cycle.
 
 use super::bus::{Bus, Exchange};
 use super::config::{EtherCatConfig, OpenError};
@@ -10,10 +10,10 @@ use crate::clock::{Clock, Monotonic};
 use crate::signals::{AXES, Capabilities, LinkCounters, LinkFault, Order, RobotLink, RobotState};
 use crate::time::Nanos;
 
-/// Share of its distance to the middle between two SYNC0 that the cycle makes up at once, and at most so much of it.
+/// Share of its distance to the middle between two SYNC0 that a cycle corrects at once, and the greatest correction.
 const STEERING_SHARE: i64 = 32;
 const STEERING_MAX: Nanos = Nanos::from_micros(10);
-/// Longest time that the drives are given to stop when the robot is dropped.
+/// Time that the drives have to stop when the robot is dropped.
 const CLOSING: Nanos = Nanos::from_millis(4000);
 
 /// An axis that has a drive.
@@ -26,14 +26,15 @@ struct Axis {
 
 /// Six axes and a rail on EtherCAT, in cyclic synchronous position.
 ///
-/// The cycle is ours: [`RobotLink::receive`] waits for an absolute time, exchanges the process data with the targets last
-/// given, and reports what has come back. An answer to a report thus leaves with the next cycle's frame. A frame that
-/// is not back in time, or whose working counter shows that a drive has not taken part, makes a lost cycle: counted
-/// in `lost`, not reported, the targets stay. Cycles for which nobody asked in time count in `unsent`; cycles that
-/// repeat their targets for want of an answer, in `late_answers` of the reports. [`Order::Hold`] never enables a drive. The first [`Order::Move`] begins to enable
-/// them; while they come up, and at the first cycle in which they follow, their targets are where they stand.
+/// This machine is the clock master: [`RobotLink::receive`] waits for an absolute time, exchanges the process data with
+/// the last targets, and returns the report. An answer to a report is sent with the next cycle's frame. A frame that
+/// has not returned in time, or whose working counter shows a missing drive, makes a lost cycle: counted in `lost`, not
+/// reported, the targets stay. Cycles that were not requested in time count in `unsent`; cycles that repeat their
+/// targets without an answer, in `late_answers` of the reports. [`Order::Hold`] never enables a drive. The first
+/// [`Order::Move`] starts the enabling; during it, and in the first cycle of following, the targets are the present
+/// positions.
 ///
-/// When it is dropped with drives on, these are brought to a quick stop first.
+/// On drop, enabled drives make a quick stop first.
 pub struct EtherCatRobot {
     bus: Bus,
     config: EtherCatConfig,
@@ -41,7 +42,7 @@ pub struct EtherCatRobot {
     drives: Drives,
     reports: [Report; AXES],
     aim: Aim,
-    /// The reports are of the last cycle, not of one before a lost one.
+    /// Whether the reports are of the last cycle, not of one before a lost one.
     fresh: bool,
     answered: bool,
     late_answers: u32,
@@ -52,11 +53,11 @@ pub struct EtherCatRobot {
 }
 
 impl EtherCatRobot {
-    /// Opens the segment on an interface: devices found, mapping and stop options read and checked, watchdogs set and
-    /// read back, OP reached, drives off.
+    /// Opens the segment of an interface: finds devices, reads and checks mapping and stop options, sets watchdogs and
+    /// reads them back, reaches OP with drives off.
     ///
     /// # Errors
-    /// If the segment or one of its drives is not what the configuration says; the drive and the reason are named.
+    /// If the segment or one of its drives differs from the configuration; the error states drive and reason.
     pub fn open(interface: &str, config: &EtherCatConfig) -> Result<Self, OpenError> {
         let bus = Bus::open(interface, config)?;
         let axes = config.axes.iter().enumerate();
@@ -82,37 +83,37 @@ impl EtherCatRobot {
         })
     }
 
-    /// Where the drives stand.
+    /// Returns the phase of the drives.
     pub fn phase(&self) -> BringUpPhase {
         self.drives.phase()
     }
 
-    /// Working counter of a whole exchange: 3 for each drive.
+    /// Returns the working counter of a complete exchange: 3 for each drive.
     pub fn working_counter(&self) -> u16 {
         self.bus.expected()
     }
 
-    /// The drives latch their targets by SYNC0 of the distributed clocks.
+    /// Whether the drives latch their targets by SYNC0 of the distributed clocks.
     pub fn synced(&self) -> bool {
         self.bus.synced()
     }
 
-    /// What each drive does at a stop, with the number of its axis from 0.
+    /// Returns the stop options of each drive, with the number of its axis from 0.
     pub fn stop_options(&self) -> impl Iterator<Item = (usize, StopOptions)> {
         self.axes.iter().map(|axis| axis.number).zip(self.bus.stops())
     }
 
-    /// Time from sending the last frame to its coming back.
+    /// Returns the round-trip time of the last frame.
     pub fn round_trip(&self) -> Nanos {
         self.round_trip
     }
 
-    /// When the next frame leaves.
+    /// Returns the time of the next frame.
     pub fn due(&self) -> Nanos {
         self.due
     }
 
-    /// Error codes (object 603F) of the axes, where drives map them; 0 without a fault.
+    /// Returns the error codes (object 603F) of the axes, where drives map them; 0 without a fault.
     pub fn error_codes(&self) -> [u16; AXES] {
         let mut codes = [0; AXES];
         for (axis, report) in self.axes.iter().zip(&self.reports) {
@@ -121,25 +122,25 @@ impl EtherCatRobot {
         codes
     }
 
-    /// Why the drives are off, with the number of the axis from 0, if they have tripped.
+    /// Returns why the drives are off, with the number of the axis from 0, if they have tripped.
     pub fn trip(&self) -> Option<(usize, &'static str)> {
         let BringUpPhase::Tripped(trip) = self.drives.phase() else { return None };
         let (Trip::Drive(drive) | Trip::Mode(drive) | Trip::NotEnabled(drive) | Trip::Jump(drive)) = trip;
         Some((self.axes.get(drive).map_or(drive, |axis| axis.number), trip.text()))
     }
 
-    /// Counts of all drives for a command in SI units.
+    /// Returns the counts of all drives for a command in SI units.
     fn counts(&self, axes: &[f64; AXES]) -> Result<[i32; AXES], LinkFault> {
         let mut counts = [0; AXES];
         for (axis, counts) in self.axes.iter().zip(&mut counts) {
             let target = axis.scale.counts(axes[axis.number]);
             *counts =
-                target.ok_or(LinkFault::Unsendable("a target is no number, or beyond the counts of its drive"))?;
+                target.ok_or(LinkFault::Unsendable("a target is not a number, or exceeds the counts of its drive"))?;
         }
         Ok(counts)
     }
 
-    /// Puts the commands of the cycle into the outputs; after a lost cycle the last ones stay.
+    /// Sets the commands of the cycle as outputs; after a lost cycle the last ones stay.
     fn command(&mut self) {
         if !self.answered {
             self.late_answers = self.late_answers.wrapping_add(1);
@@ -151,7 +152,7 @@ impl EtherCatRobot {
         }
     }
 
-    /// One exchange, begun now; `None` if it is a lost cycle.
+    /// Exchanges process data now; `None` for a lost cycle.
     fn exchange(&mut self) -> Result<Option<Exchange>, LinkFault> {
         let begun = Monotonic.now();
         let exchange = self.bus.exchange(begun + self.config.answer)?;
@@ -173,8 +174,8 @@ impl EtherCatRobot {
         Ok(whole)
     }
 
-    /// The next cycle: a period on, steered so that frames pass in the middle between two SYNC0. In cycles that went by
-    /// without anybody asking no frame was sent.
+    /// Advances to the next cycle, steered so that frames pass in the middle between two SYNC0. Cycles that were not
+    /// requested in time have no frame.
     fn pace(&mut self, begun: Nanos, clock: Option<Nanos>) {
         let cycle = self.config.cycle.0;
         let missed = (begun - self.due).0.max(0) / cycle;
@@ -202,7 +203,7 @@ impl EtherCatRobot {
             stamp: exchange.clock.unwrap_or(received),
             received,
             position,
-            asked: Some(asked),
+            reported_set_point: Some(asked),
             torque,
             pose: None,
             late_answers: self.late_answers,
@@ -215,7 +216,7 @@ impl RobotLink for EtherCatRobot {
     fn capabilities(&self) -> Capabilities {
         Capabilities {
             cycle: self.config.cycle,
-            // The drives' cycle is ours: nothing comes unasked.
+            // This machine is the clock master: no report arrives on its own.
             master: false,
             rail: self.config.rail(),
             torque: self
@@ -247,7 +248,7 @@ impl RobotLink for EtherCatRobot {
         if let Aim::Follow(targets) | Aim::Finish(targets) = &aim
             && self.drives.jump(targets).is_some()
         {
-            return Err(LinkFault::Unsendable("a target is farther away than its axis may go in a cycle"));
+            return Err(LinkFault::Unsendable("a target exceeds the greatest step of its axis per cycle"));
         }
         (self.aim, self.answered) = (aim, true);
         Ok(())
@@ -259,7 +260,7 @@ impl RobotLink for EtherCatRobot {
 }
 
 impl Drop for EtherCatRobot {
-    /// Stops the drives, if any are on, and takes the segment out of OP.
+    /// Stops enabled drives, and takes the segment out of OP.
     fn drop(&mut self) {
         let until = Monotonic.now() + CLOSING;
         self.aim = Aim::Finish(self.drives.targets());

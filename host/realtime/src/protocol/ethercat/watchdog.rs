@@ -1,16 +1,16 @@
-//! What a drive does when nobody speaks to it any more: the watchdog of its outputs, and its stop options.
+//! Reaction of a drive to missing frames: the watchdog of its outputs, and its stop options.
 
 use super::mapping::object;
 use crate::time::Nanos;
 use ethercrab::error::{Error, MailboxError};
 use ethercrab::{SubDevice, SubDeviceRef};
 
-/// Longest time for which outputs may stay without a frame, unless a configuration says otherwise.
+/// Default of the longest time without a frame.
 pub const WATCHDOG: Nanos = Nanos::from_millis(100);
 
 /// Registers of an EtherCAT controller (ETG.1000.4, table 21 ff.).
 pub(super) mod register {
-    /// Divider of the watchdogs' clock, u16: a step takes 40 ns times this and 2 more.
+    /// Divider of the watchdogs' clock, u16: a step takes 40 ns times (this value + 2).
     pub(crate) const DIVIDER: u16 = 0x0400;
     /// Steps without a frame after which the outputs' watchdog expires, u16; 0 switches it off.
     pub(crate) const STEPS: u16 = 0x0420;
@@ -24,10 +24,10 @@ pub(super) mod register {
 const CLOCK: Nanos = Nanos(40);
 /// Divider after a reset: steps of 100 us.
 const USUAL_DIVIDER: u16 = 2498;
-/// Sync managers that are looked at; process data have the third and the fourth.
+/// Number of sync managers that are read; process data use the third and the fourth.
 const MANAGERS: usize = 4;
 
-/// The watchdog of a drive's outputs, as its registers have it.
+/// Registers of the watchdog of a drive's outputs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Watchdog {
     divider: u16,
@@ -35,7 +35,7 @@ pub(super) struct Watchdog {
 }
 
 impl Watchdog {
-    /// The one that expires no later than after this time: with the divider that is there, if it can count so long.
+    /// Returns the watchdog that expires no later than this time: with the present divider, if it suffices.
     fn of(span: Nanos, divider: u16) -> Self {
         let steps =
             |divider| Some(span.0 / step(divider).0).filter(|steps| *steps > 0).and_then(|n| u16::try_from(n).ok());
@@ -45,18 +45,18 @@ impl Watchdog {
         }
     }
 
-    /// When it expires.
+    /// Returns the time-out.
     fn span(self) -> Nanos {
         Nanos(step(self.divider).0 * i64::from(self.steps))
     }
 
-    /// What is wrong with it, if it shall expire within `longest` and outlive two cycles.
+    /// Returns the problem, if it does not expire within `longest` or does not outlive two cycles.
     pub(super) fn flaw(self, longest: Nanos, cycle: Nanos) -> Option<String> {
         let ms = |time: Nanos| time.0 as f64 * 1e-6;
         let registers = format!("registers 0400 and 0420 are {} and {}", self.divider, self.steps);
         if self.steps == 0 {
             return Some(format!(
-                "the watchdog of its outputs is off and cannot be set ({registers}): it would go on with its last target when the frames stop"
+                "the watchdog of its outputs is off and cannot be set ({registers}): the drive would continue to its last target when frames stop"
             ));
         }
         let span = self.span();
@@ -96,7 +96,7 @@ pub(super) async fn read<S>(device: &SubDeviceRef<'_, S>) -> Result<Watchdog, Er
     Ok(Watchdog { divider, steps: device.register_read(register::STEPS).await? })
 }
 
-/// Whether the sync manager of the outputs triggers the watchdog; its control byte.
+/// Reads the control byte of the outputs' sync manager: whether it triggers the watchdog.
 pub(super) async fn triggers<S>(device: &SubDeviceRef<'_, S>) -> Result<(bool, u8), Error> {
     let managers: [u8; 8 * MANAGERS] = device.register_read(register::SYNC_MANAGERS).await?;
     let outputs = managers.chunks_exact(8).find(|manager| is_outputs(manager));
@@ -115,9 +115,8 @@ pub(super) async fn runs<S>(device: &SubDeviceRef<'_, S>) -> Result<bool, Error>
     Ok(status & 1 != 0)
 }
 
-/// What a drive does at each kind of stop, by the option codes that it has (CiA 402): 0 coasts, 1 ramps down,
-/// 2 takes the ramp of the quick stop, 3 and 4 are current and voltage limits, 5 to 8 the same and stay in *quick stop
-/// active*; negative ones are the maker's.
+/// Stop options of a drive, by its option codes (CiA 402): 0 coasts, 1 ramps down, 2 uses the quick-stop ramp, 3 and 4
+/// use current and voltage limits, 5 to 8 likewise and stay in *quick stop active*; negative ones are vendor-specific.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct StopOptions {
     /// Quick stop, object 605A.
@@ -131,7 +130,7 @@ pub struct StopOptions {
 }
 
 impl StopOptions {
-    /// What makes a controlled stop impossible.
+    /// Returns the reason why a controlled stop is impossible.
     pub(super) fn flaw(self) -> Option<&'static str> {
         (self.quick_stop == Some(0)).then_some(
             "its quick stop switches it off without a ramp (605A is 0): the axis would coast; set 605A to 2, or 1 to 8",
@@ -139,7 +138,7 @@ impl StopOptions {
     }
 }
 
-/// Reads the option codes that the drive has.
+/// Reads the existing option codes of a drive.
 pub(super) async fn stop_options(device: &SubDeviceRef<'_, &SubDevice>) -> Result<StopOptions, Error> {
     Ok(StopOptions {
         quick_stop: option(device, object::QUICK_STOP_OPTION).await?,
@@ -163,17 +162,17 @@ mod tests {
     const CYCLE: Nanos = Nanos::from_millis(1);
 
     #[test]
-    fn steps_are_counted_by_the_divider_that_is_there() {
+    fn present_divider_is_kept_if_it_suffices() {
         assert_eq!(Watchdog::of(WATCHDOG, 2498), Watchdog { divider: 2498, steps: 1000 });
         assert_eq!(Watchdog::of(WATCHDOG, 998), Watchdog { divider: 998, steps: 2500 });
-        // One that cannot count so long, and one whose steps are longer than all of it.
+        // One that cannot count so long, and one with longer steps.
         assert_eq!(Watchdog::of(WATCHDOG, 0), Watchdog { divider: 2498, steps: 1000 });
         assert_eq!(Watchdog::of(Nanos::from_millis(2), u16::MAX), Watchdog { divider: 2498, steps: 20 });
         assert_eq!(Watchdog::of(WATCHDOG, 2498).span(), WATCHDOG);
     }
 
     #[test]
-    fn off_too_long_and_too_short_are_flaws() {
+    fn watchdog_off_too_long_or_too_short_is_refused() {
         let flaw = |divider, steps| Watchdog { divider, steps }.flaw(WATCHDOG, CYCLE);
         assert_eq!(flaw(2498, 1000), None);
         assert_eq!(flaw(2498, 20), None);
@@ -183,7 +182,7 @@ mod tests {
     }
 
     #[test]
-    fn a_drive_that_coasts_at_its_quick_stop_is_refused() {
+    fn drive_that_coasts_at_quick_stop_is_refused() {
         let options = StopOptions { quick_stop: Some(0), shutdown: Some(0), disable: Some(1), fault: None };
         assert!(options.flaw().unwrap().contains("605A is 0"));
         for quick_stop in [None, Some(1), Some(2), Some(6), Some(-3)] {

@@ -1,4 +1,4 @@
-//! A robot that may move: its controller's program that follows the stream has been started over RMI, and ends with it.
+//! An armed robot: the controller's program that follows the stream is started over RMI, and ends with the link.
 
 use super::driver::FanucRobot;
 use super::rmi::{RmiError, RmiSession};
@@ -11,7 +11,7 @@ use std::time::Duration;
 /// Longest single wait for a status.
 const LOOK: Nanos = Nanos::from_millis(20);
 
-/// Why a robot could not be armed.
+/// Error of arming a robot.
 #[derive(Debug, thiserror::Error)]
 pub enum ArmError {
     /// The Remote Motion Interface refuses or fails.
@@ -21,16 +21,18 @@ pub enum ArmError {
     #[error(transparent)]
     Link(#[from] LinkFault),
     /// The controller sends no status.
-    #[error("the FANUC controller sends no Stream Motion status: is option J519 there, and is the port open?")]
+    #[error(
+        "the FANUC controller sends no Stream Motion status: check that option J519 is installed and the port is open"
+    )]
     NoStatus,
-    /// The program was started, and the robot does not wait for commands.
-    #[error("the FANUC controller does not wait for commands after its program STREAM_MOTN was started: {0}")]
+    /// The program was started, but the robot is not ready for commands.
+    #[error("the FANUC controller is not ready for commands after the start of its program STREAM_MOTN: {0}")]
     NotFollowing(String),
 }
 
-/// A robot behind Stream Motion whose program has been started.
+/// A link to a Stream Motion robot whose program was started.
 ///
-/// When it is dropped, the stream ends with a last command first; then the program is aborted, and the session ended.
+/// On drop, the stream ends with a last command; then the program is aborted and the session ended.
 pub struct ArmedFanuc<P: Port> {
     robot: FanucRobot<P>,
     // Dropped after the robot.
@@ -39,11 +41,11 @@ pub struct ArmedFanuc<P: Port> {
 
 impl<P: Port> ArmedFanuc<P> {
     /// Opens a session at the controller's RMI address, clears faults, starts the program that follows the stream, and
-    /// waits until the robot waits for commands; each step may take up to `limit`. No command is sent: the first one is
-    /// the cycle's.
+    /// waits until the robot is ready for commands; each step may take up to `limit`. Sends no command: the cycle sends
+    /// the first one.
     ///
     /// # Errors
-    /// If the controller does not answer, refuses, or cannot move its robot: with its own words.
+    /// If the controller does not answer, refuses, or cannot move its robot; the error quotes the controller.
     pub fn arm(mut robot: FanucRobot<P>, controller: SocketAddr, limit: Duration) -> Result<Self, ArmError> {
         let mut session = RmiSession::open(controller, limit)?;
         session.wait_for_servos()?;
@@ -58,7 +60,7 @@ impl<P: Port> ArmedFanuc<P> {
     }
 }
 
-/// Waits for a report of some kind; whether it came in time.
+/// Waits for a report that satisfies a condition; returns whether one came in time.
 fn wait<P: Port>(
     robot: &mut FanucRobot<P>,
     limit: Duration,
@@ -113,7 +115,7 @@ mod tests {
         SocketAddr::from(([127, 0, 0, 1], 0))
     }
 
-    /// Serves a controller and its interface while `client` runs; gives its answer and the controller.
+    /// Serves a controller and its interface while `client` runs; returns its result and the controller.
     fn beside<T>(client: impl FnOnce(SocketAddr, &RmiServer) -> T) -> (T, FanucController) {
         let rmi = RmiServer::start(loopback()).unwrap();
         let mut controller = FanucController::new(CYCLE, 3);
@@ -132,7 +134,7 @@ mod tests {
                         controller.take(now, from, &buffer[..length], &mut |to, reply| port.send(reply, to).unwrap());
                     }
                 }
-                // What the client has sent last.
+                // Last command of the client.
                 while let Some((length, from)) = port.receive(&mut buffer, AT_ONCE).unwrap() {
                     controller.take(next, from, &buffer[..length], &mut |_, _| {});
                 }
@@ -150,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn an_armed_robot_follows_and_its_program_ends_with_it_and_begins_again() {
+    fn armed_robot_follows_and_its_program_ends_with_the_link() {
         let (moved, controller) = beside(|stream, rmi| {
             let mut last = 0.0;
             for turn in 1..=2 {
@@ -178,34 +180,34 @@ mod tests {
     }
 
     #[test]
-    fn refusals_have_the_controllers_own_words() {
-        let (said, controller) = beside(|stream, rmi| {
-            let mut said = Vec::new();
+    fn refusals_quote_the_controller() {
+        let (errors, controller) = beside(|stream, rmi| {
+            let mut errors = Vec::new();
             rmi.remote().press_emergency_stop(true);
-            said.push(arm(stream, rmi.local_address()).err().expect("an emergency stop").to_string());
+            errors.push(arm(stream, rmi.local_address()).err().expect("an emergency stop").to_string());
             rmi.remote().press_emergency_stop(false);
             rmi.remote().teach(true);
-            said.push(arm(stream, rmi.local_address()).err().expect("a teach pendant").to_string());
+            errors.push(arm(stream, rmi.local_address()).err().expect("a teach pendant").to_string());
             rmi.remote().teach(false);
-            said.push(arm(loopback_of_nobody(), rmi.local_address()).err().expect("no stream").to_string());
-            said.push(arm(stream, SocketAddr::from(([127, 0, 0, 1], 1))).err().expect("no RMI").to_string());
+            errors.push(arm(unused_port(), rmi.local_address()).err().expect("no stream").to_string());
+            errors.push(arm(stream, SocketAddr::from(([127, 0, 0, 1], 1))).err().expect("no RMI").to_string());
             assert!(!rmi.remote().runs_program());
-            said
+            errors
         });
-        assert!(said[0].contains("its servos are off: SRVO-001 Operator panel E-stop"), "{}", said[0]);
-        assert!(said[1].contains("teach pendant is on"), "{}", said[1]);
-        assert!(said[2].contains("no Stream Motion status"), "{}", said[2]);
-        assert!(said[3].contains("does not answer FRC_Connect_STMO: Connection refused"), "{}", said[3]);
+        assert!(errors[0].contains("its servos are off: SRVO-001 Operator panel E-stop"), "{}", errors[0]);
+        assert!(errors[1].contains("teach pendant is on"), "{}", errors[1]);
+        assert!(errors[2].contains("no Stream Motion status"), "{}", errors[2]);
+        assert!(errors[3].contains("does not answer FRC_Connect_STMO: Connection refused"), "{}", errors[3]);
         assert_eq!(controller.line_at(Nanos(0)), Some(START), "nothing has moved");
     }
 
-    /// A port that nobody answers on.
-    fn loopback_of_nobody() -> SocketAddr {
+    /// An unused port.
+    fn unused_port() -> SocketAddr {
         UdpPort::bind(loopback()).unwrap().local_address().unwrap()
     }
 
     #[test]
-    fn a_dry_run_starts_no_program_and_is_ready_all_the_same() {
+    fn dry_run_starts_no_program_and_is_ready() {
         let ((), controller) = beside(|stream, rmi| {
             let robot = FanucRobot::open(UdpPort::bind(loopback()).unwrap(), stream, CYCLE).unwrap();
             let mut robot = robot.watched();

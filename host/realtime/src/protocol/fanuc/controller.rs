@@ -1,4 +1,4 @@
-//! The emulated FANUC controller: Stream Motion as a strict one speaks it.
+//! The emulated FANUC controller: a strict implementation of Stream Motion.
 
 use super::packets::{BASE_VERSION, Capability, FanucReply, FanucRequest, FanucStatus, WIRE_AXES};
 use crate::protocol::link::progress;
@@ -9,14 +9,14 @@ use std::net::SocketAddr;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
-/// Largest step of a target from one command to the next \[rad\]: 5 deg, where a CRX trips.
+/// Greatest step of a target from one command to the next \[rad\]: 5 deg, at which a CRX trips.
 const MAX_STEP: f64 = 5.0 * std::f64::consts::PI / 180.0;
-/// A client that commands nothing and says nothing for so long may be replaced by another one.
+/// Time without commands and requests after which another client may replace the present one.
 const FORGOTTEN: Nanos = Nanos::from_millis(1000);
 /// Cycles without a command after which it stops following.
 const MAX_SILENT: u32 = 3;
 
-/// What the Remote Motion Interface and the operator's panel of an emulated controller have in common with it.
+/// State shared by the Remote Motion Interface, the operator's panel and the emulated controller.
 #[derive(Debug, Default)]
 pub struct Remote {
     program: AtomicBool,
@@ -41,7 +41,7 @@ impl Remote {
         self.resets.fetch_add(1, Ordering::AcqRel);
     }
 
-    /// Presses the emergency stop or releases it.
+    /// Presses or releases the emergency stop.
     pub fn press_emergency_stop(&self, pressed: bool) {
         self.emergency_stop.store(pressed, Ordering::Release);
     }
@@ -51,12 +51,12 @@ impl Remote {
         self.teach_pendant.store(on, Ordering::Release);
     }
 
-    /// The emergency stop is pressed.
+    /// Whether the emergency stop is pressed.
     pub fn is_stopped(&self) -> bool {
         self.emergency_stop.load(Ordering::Acquire)
     }
 
-    /// The teach pendant is on.
+    /// Whether the teach pendant is on.
     pub fn is_taught(&self) -> bool {
         self.teach_pendant.load(Ordering::Acquire)
     }
@@ -67,98 +67,99 @@ pub struct FanucController {
     cycle: Nanos,
     version: u32,
     client: Option<SocketAddr>,
-    /// When that client was last heard.
-    heard: Nanos,
+    /// Time of that client's last datagram.
+    last_datagram: Nanos,
     sequence: u32,
-    /// The version agreed upon, while it streams.
+    /// Negotiated version, while it streams.
     streaming: Option<u32>,
-    /// The program that follows the stream runs.
+    /// Whether the program that follows the stream runs.
     program: bool,
-    /// Who starts and ends that program and clears faults, and the resets that were seen.
+    /// Interface that starts and ends that program and clears faults, and the processed resets.
     remote: Option<(Arc<Remote>, u32)>,
-    /// The client has sent its last command.
+    /// Whether the client has sent its last command.
     ended: bool,
     commanded: Option<u32>,
-    /// What it is asked to follow.
-    asked: Option<[f64; AXES]>,
-    /// Where it stands and moves to; from its first report on.
+    /// Target.
+    target: Option<[f64; AXES]>,
+    /// Position and interpolation; from its first report on.
     line: Option<Line>,
     silent: u32,
     fault: Option<&'static str>,
 }
 
 impl FanucController {
-    /// A controller with this period, that speaks Stream Motion up to `version` (3 or 4; the latter reports forces).
+    /// Creates a controller with this period, which supports Stream Motion up to `version` (3 or 4; the latter reports
+    /// forces).
     pub fn new(cycle: Nanos, version: u32) -> Self {
         Self {
             cycle,
             version: version.max(BASE_VERSION),
             client: None,
-            heard: Nanos(0),
+            last_datagram: Nanos(0),
             sequence: 0,
             streaming: None,
             program: true,
             remote: None,
             ended: false,
             commanded: None,
-            asked: None,
+            target: None,
             line: None,
             silent: 0,
             fault: None,
         }
     }
 
-    /// Whether the program that follows the stream runs (`STREAM_MOTN`); it does from the start.
+    /// Whether the program that follows the stream runs (`STREAM_MOTN`); initially it does.
     pub fn run_program(&mut self, runs: bool) {
         self.program = runs;
     }
 
-    /// Where its interpolator is; `None` before its first report.
+    /// Returns the interpolator's position; `None` before its first report.
     pub fn line_at(&self, now: Nanos) -> Option<[f64; AXES]> {
         self.line.map(|line| line.at(now, self.cycle))
     }
 
-    /// Leaves program and faults to an interface.
+    /// Gives an interface control of program and faults.
     pub fn obey(&mut self, remote: Arc<Remote>) {
         self.program = remote.runs_program();
         let resets = remote.resets.load(Ordering::Acquire);
         self.remote = Some((remote, resets));
     }
 
-    /// Does what its interface has been asked for since the last cycle.
-    fn look_at_remote(&mut self) {
+    /// Applies the interface's requests since the last cycle.
+    fn apply_remote(&mut self) {
         let Some((remote, seen)) = &mut self.remote else { return };
         self.program = remote.runs_program();
         let resets = remote.resets.load(Ordering::Acquire);
         if resets != std::mem::replace(seen, resets) {
-            (self.fault, self.asked, self.commanded, self.silent) = (None, None, None, 0);
+            (self.fault, self.target, self.commanded, self.silent) = (None, None, None, 0);
         }
     }
 
     /// One client at a time: another one may start once its stream has stopped, or it is gone and commands nothing.
     fn may_start(&self, from: SocketAddr, now: Nanos) -> bool {
-        let free = self.streaming.is_none() || self.asked.is_none() && now - self.heard > FORGOTTEN;
+        let free = self.streaming.is_none() || self.target.is_none() && now - self.last_datagram > FORGOTTEN;
         free || self.client.is_none_or(|client| client == from)
     }
 
-    /// Bits of the robot's status: 0 fault, 1 teach pendant, 2 emergency stop.
+    /// Returns the robot status bits: 0 fault, 1 teach pendant, 2 emergency stop.
     fn robot_status(&self) -> u8 {
         let (taught, stopped) =
             self.remote.as_ref().map_or((false, false), |(remote, _)| (remote.is_taught(), remote.is_stopped()));
         u8::from(self.fault.is_some() || stopped) | u8::from(taught) << 1 | u8::from(stopped) << 2
     }
 
-    /// It waits for commands and follows them.
+    /// Whether it is ready for commands and follows them.
     fn follows(&self) -> bool {
         self.program && !self.ended && self.fault.is_none()
     }
 
     fn start(&mut self, version: u32) {
         if version != self.version {
-            self.fault = Some("Stream Motion was started in a version that was not agreed upon");
+            self.fault = Some("Stream Motion was started in a version that was not negotiated");
         }
         self.streaming = Some(version);
-        (self.sequence, self.commanded, self.asked, self.silent, self.ended) = (0, None, None, 0, false);
+        (self.sequence, self.commanded, self.target, self.silent, self.ended) = (0, None, None, 0, false);
     }
 
     fn command(&mut self, sequence: u32, joints: &[f64; WIRE_AXES], last: bool) {
@@ -170,7 +171,7 @@ impl FanucController {
         for (axis, degrees) in target[..RAIL].iter_mut().zip(joints) {
             *axis = degrees.to_radians();
         }
-        let Some(from) = self.asked.or(self.line.map(|line| line.to)) else {
+        let Some(from) = self.target.or(self.line.map(|line| line.to)) else {
             return;
         };
         if (0..RAIL).any(|axis| (target[axis] - from[axis]).abs() > MAX_STEP) {
@@ -178,7 +179,7 @@ impl FanucController {
             return;
         }
         self.commanded = Some(sequence);
-        self.asked = Some(target);
+        self.target = Some(target);
         self.silent = 0;
         self.ended = last;
     }
@@ -195,7 +196,7 @@ impl EmulatedController for FanucController {
 
     fn take(&mut self, now: Nanos, from: SocketAddr, datagram: &[u8], out: Outbox) {
         if self.client == Some(from) {
-            self.heard = now;
+            self.last_datagram = now;
         }
         match FanucRequest::read(datagram) {
             Some(FanucRequest::Capability) => {
@@ -204,7 +205,7 @@ impl EmulatedController for FanucController {
                 out(from, reply.packet().as_bytes());
             }
             Some(FanucRequest::Start(version)) if self.may_start(from, now) => {
-                (self.client, self.heard) = (Some(from), now);
+                (self.client, self.last_datagram) = (Some(from), now);
                 self.start(version);
             }
             Some(FanucRequest::Stop) if self.client == Some(from) => self.streaming = None,
@@ -213,7 +214,7 @@ impl EmulatedController for FanucController {
                 Some(version) if version == command.version => {
                     self.command(command.sequence, &command.joints, command.last);
                 }
-                Some(_) => self.fault = Some("a command of a version that was not agreed upon"),
+                Some(_) => self.fault = Some("a command of a version that was not negotiated"),
                 None => {}
             },
             _ => {}
@@ -225,16 +226,16 @@ impl EmulatedController for FanucController {
     }
 
     fn report(&mut self, now: Nanos, state: &RobotState, out: Outbox) {
-        self.look_at_remote();
+        self.apply_remote();
         let from = self.line.map_or(state.position, |line| line.at(now, self.cycle));
-        let asked = self.asked.filter(|_| self.fault.is_none());
-        self.line = Some(Line { from, to: asked.unwrap_or(from), since: now });
+        let target = self.target.filter(|_| self.fault.is_none());
+        self.line = Some(Line { from, to: target.unwrap_or(from), since: now });
         let (Some(version), Some(client)) = (self.streaming, self.client) else {
             return;
         };
-        self.silent += u32::from(self.asked.is_some() && self.follows());
+        self.silent += u32::from(self.target.is_some() && self.follows());
         if self.silent > MAX_SILENT {
-            self.fault = Some("commands have ceased");
+            self.fault = Some("no more commands");
         }
         self.sequence = self.sequence.wrapping_add(1);
         let status = report(version, self.sequence, self.follows(), self.robot_status(), now, state);
@@ -246,27 +247,27 @@ impl EmulatedController for FanucController {
     }
 
     fn has_client(&self) -> bool {
-        self.streaming.is_some() && self.asked.is_some() && self.follows()
+        self.streaming.is_some() && self.target.is_some() && self.follows()
     }
 
     fn renew(&mut self, at: [f64; AXES]) {
         self.line = self.line.map(|line| Line { from: at, to: at, ..line });
         (self.fault, self.streaming, self.client) = (None, None, None);
-        (self.asked, self.commanded, self.silent, self.ended) = (None, None, 0, false);
+        (self.target, self.commanded, self.silent, self.ended) = (None, None, 0, false);
     }
 }
 
-/// The status of a cycle.
+/// Creates the status of a cycle.
 fn report(version: u32, sequence: u32, waits: bool, robot_status: u8, now: Nanos, state: &RobotState) -> FanucStatus {
     let mut joints = [0.0; WIRE_AXES];
     for (angle, radians) in joints.iter_mut().zip(&state.position[..RAIL]) {
         *angle = radians.to_degrees() as f32;
     }
-    let mut pose = [0.0; WIRE_AXES];
-    if let Some(told) = state.pose {
-        let [r, p, w] = attitude::to_zyx(told.attitude).map(|angle| angle.to_degrees() as f32);
-        let position = told.position.map(|metres| (metres * 1e3) as f32);
-        pose[..6].copy_from_slice(&[position.x, position.y, position.z, w, p, r]);
+    let mut words = [0.0; WIRE_AXES];
+    if let Some(pose) = state.pose {
+        let [r, p, w] = attitude::to_zyx(pose.attitude).map(|angle| angle.to_degrees() as f32);
+        let position = pose.position.map(|metres| (metres * 1e3) as f32);
+        words[..6].copy_from_slice(&[position.x, position.y, position.z, w, p, r]);
     }
     FanucStatus {
         version,
@@ -275,7 +276,7 @@ fn report(version: u32, sequence: u32, waits: bool, robot_status: u8, now: Nanos
         robot_status,
         contact_stop: 0,
         time_stamp: (now.0 / 1_000_000) as u32,
-        pose,
+        pose: words,
         joints,
         currents: [0.0; WIRE_AXES],
         safety_scale: 1.0,

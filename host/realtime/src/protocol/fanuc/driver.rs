@@ -1,4 +1,4 @@
-//! Our side of Stream Motion: a six-axis robot whose controller gives the beat and takes joint targets.
+//! Our side of Stream Motion: a link to a six-axis robot whose controller is the clock master and takes joint targets.
 
 use super::packets::{BASE_VERSION, Capability, FanucCommand, FanucReply, FanucRequest, FanucStatus, WIRE_AXES};
 use crate::protocol::attitude;
@@ -9,15 +9,15 @@ use crate::wire::Port;
 use softdock_kernels::vector::{Pose, vec3};
 use std::net::SocketAddr;
 
-/// Largest faceplate position that is believed \[mm\].
+/// Greatest accepted faceplate position \[mm\].
 const MAX_POSE: f32 = 1e6;
-/// How long before the end of a cycle a command must leave, and how far it must be from the one before. A controller
-/// takes two commands within 0.1 ms, one at the end of a cycle and one at the begin of the next, for one sent twice.
+/// Time before the end of a cycle by which a command must be sent, and least interval to the previous one. A controller
+/// takes two commands within 0.1 ms, across the boundary of two cycles, for one sent twice.
 const MARGIN: Nanos = Nanos::from_micros(500);
-/// How long to wait for an answer to a request before it is repeated.
+/// Time after which an unanswered request is repeated.
 const RETRY: Nanos = Nanos::from_millis(100);
 
-/// A robot behind Stream Motion.
+/// A link to a Stream Motion robot.
 pub struct FanucRobot<P: Port> {
     port: P,
     controller: SocketAddr,
@@ -25,42 +25,42 @@ pub struct FanucRobot<P: Port> {
     peer: Peer,
     counters: LinkCounters,
     phase: Phase,
-    /// Nothing is asked of it: it is ready if nothing keeps its program from being started.
+    /// Whether no motion is commanded: it is ready if nothing prevents its program from being started.
     watched: bool,
-    /// When the phase's request was sent.
+    /// Time of the phase's request.
     requested: Nanos,
     session: Session,
 }
 
-/// How far the session is.
+/// Phase of the session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Phase {
-    /// It was asked what it can do.
+    /// Capabilities requested.
     Asked,
-    /// It was asked to stream, in this version.
+    /// Stream requested, in this version.
     Started(u32),
-    /// It streams.
+    /// Streaming.
     Streaming(u32),
 }
 
-/// What the stream has seen.
+/// State of the stream.
 #[derive(Clone, Copy, Debug, Default)]
 struct Session {
     last: Option<FanucStatus>,
-    /// How far the messages have come.
+    /// Progress of the message count.
     succession: Succession,
-    /// Targets that it was last told \[rad\].
-    asked: Option<[f64; AXES]>,
-    /// The status that wants an answer, and until when.
+    /// Last commanded targets \[rad\].
+    target: Option<[f64; AXES]>,
+    /// Status to be answered, and its deadline.
     pending: Option<(u32, Nanos)>,
-    /// Number of the last command, and when it had left.
+    /// Number and time of the last command.
     commanded: Option<(u32, Nanos)>,
     ended: bool,
 }
 
 impl<P: Port> FanucRobot<P> {
-    /// Begins a session with the controller: its Stream Motion address, and the period that its commands must have.
-    /// [`RobotLink::receive`] carries the handshake on until status comes.
+    /// Begins a session with the controller at its Stream Motion address, with the period of its commands.
+    /// [`RobotLink::receive`] continues the handshake until status arrives.
     ///
     /// # Errors
     /// If the network interface fails.
@@ -77,19 +77,19 @@ impl<P: Port> FanucRobot<P> {
             requested,
             session: Session::default(),
         };
-        // A stream that an earlier client has left behind.
+        // Ends a stream that an earlier client may have left open.
         robot.request(&FanucRequest::Stop)?;
         robot.request(&FanucRequest::Capability)?;
         Ok(robot)
     }
 
-    /// A robot of a dry run: the program that follows the stream is not started, and is not missed.
+    /// Creates the robot of a dry run: the program that follows the stream is neither started nor required.
     pub fn watched(mut self) -> Self {
         self.watched = true;
         self
     }
 
-    /// The clock of its port.
+    /// Returns the clock of its port.
     pub(super) fn now(&self) -> Nanos {
         self.port.now()
     }
@@ -99,7 +99,7 @@ impl<P: Port> FanucRobot<P> {
         Ok(())
     }
 
-    /// Repeats a request that was not answered.
+    /// Repeats an unanswered request.
     fn retry(&mut self) -> Result<(), LinkFault> {
         let now = self.port.now();
         if now - self.requested < RETRY {
@@ -116,10 +116,10 @@ impl<P: Port> FanucRobot<P> {
 
     fn start(&mut self, capability: Capability) -> Result<(), LinkFault> {
         if Nanos::from_millis(i64::from(capability.period_ms)) != self.cycle {
-            return Err(LinkFault::Mismatch("the FANUC controller's cycle is another than configured"));
+            return Err(LinkFault::Mismatch("the FANUC controller's cycle differs from the configured one"));
         }
         if !(BASE_VERSION..=BASE_VERSION + 7).contains(&capability.version) {
-            return Err(LinkFault::Mismatch("the FANUC controller speaks an unknown version of Stream Motion"));
+            return Err(LinkFault::Mismatch("the FANUC controller uses an unknown version of Stream Motion"));
         }
         self.phase = Phase::Started(capability.version);
         self.requested = self.port.now();
@@ -135,14 +135,14 @@ impl<P: Port> FanucRobot<P> {
             *angle = radians.to_degrees();
         }
         self.request(&FanucRequest::Command(FanucCommand { version, sequence, last, joints }))?;
-        self.session.asked = Some(target);
+        self.session.target = Some(target);
         self.session.commanded = Some((sequence, self.port.now()));
         self.session.ended |= last;
         Ok(())
     }
 }
 
-/// Takes a status into the session, or counts why not.
+/// Takes a status into the session, or counts its rejection.
 fn take(
     session: &mut Session,
     counters: &mut LinkCounters,
@@ -169,7 +169,7 @@ fn take(
         stamp: session.succession.stamp,
         received: now,
         position,
-        asked: session.asked,
+        reported_set_point: session.target,
         torque: None,
         pose: Some(Pose { position: vec3(x * 1e-3, y * 1e-3, z * 1e-3), attitude }),
         late_answers: 0,
@@ -193,8 +193,8 @@ impl<P: Port> RobotLink for FanucRobot<P> {
             }
             counters.received += 1;
             match (FanucReply::read(datagram), phase_now) {
-                (Some(FanucReply::Capability(told)), Phase::Asked) => {
-                    capability = Some(told);
+                (Some(FanucReply::Capability(reported)), Phase::Asked) => {
+                    capability = Some(reported);
                     None
                 }
                 (Some(FanucReply::Status(status)), Phase::Started(version) | Phase::Streaming(version)) => {
@@ -202,7 +202,7 @@ impl<P: Port> RobotLink for FanucRobot<P> {
                     let ready = if *watched { status.is_sound() } else { status.is_ready() };
                     take(session, counters, status, now, ready)
                 }
-                // An answer to a repeated question, or status of a stream that was just stopped.
+                // An answer to a repeated request, or status of a stream that was just stopped.
                 (Some(_), _) => {
                     counters.stale += 1;
                     None
@@ -226,8 +226,8 @@ impl<P: Port> RobotLink for FanucRobot<P> {
         self.counters.unsent += if waits.is_some() { taken - 1 } else { 0 } + u64::from(self.session.pending.is_some());
         self.session.pending = waits.map(|status| (status.sequence, state.received + self.cycle - MARGIN));
         if waits.is_none() {
-            // It no longer follows: when it does again, it is asked to be where it is.
-            self.session.asked = None;
+            // It no longer follows: once it does, its first target is its present position.
+            self.session.target = None;
         }
         Ok(Some(state))
     }
@@ -241,17 +241,17 @@ impl<P: Port> RobotLink for FanucRobot<P> {
             *axis = f64::from(degrees).to_radians();
         }
         let target = match order {
-            Order::Hold => self.session.asked.unwrap_or(measured),
+            Order::Hold => self.session.target.unwrap_or(measured),
             Order::Move(target) | Order::End(target) => *target,
         };
         if !plausible(&target) {
-            return Err(LinkFault::Unsendable("an axis is not a number or out of every range"));
+            return Err(LinkFault::Unsendable("an axis is not a number or outside every range"));
         }
         if target[RAIL].abs() > 1e-9 {
             return Err(LinkFault::Unsendable("this FANUC robot has no rail"));
         }
         let Some((sequence, over)) = self.session.pending.take().filter(|_| !self.session.ended) else {
-            // Before the controller waits for commands, and after the end, none may be sent.
+            // No command may be sent before the controller is ready, nor after the end.
             self.counters.unsent += u64::from(last.waits_for_commands() && !self.session.ended);
             return Ok(());
         };
@@ -270,11 +270,11 @@ impl<P: Port> RobotLink for FanucRobot<P> {
 
 impl<P: Port> Drop for FanucRobot<P> {
     fn drop(&mut self) {
-        // A controller wants to be told which command is the last before the stream stops.
-        if let (Some((sequence, _)), Some(asked), false) =
-            (self.session.commanded, self.session.asked, self.session.ended)
+        // A controller needs a command marked as the last before the stream stops.
+        if let (Some((sequence, _)), Some(target), false) =
+            (self.session.commanded, self.session.target, self.session.ended)
         {
-            let _ = self.command(sequence.wrapping_add(1), asked, true);
+            let _ = self.command(sequence.wrapping_add(1), target, true);
         }
         let _ = self.request(&FanucRequest::Stop);
     }

@@ -1,8 +1,8 @@
-//! FANUC Stream Motion (option J519): the controller sends its status at 125 Hz over UDP and wants joint targets back;
-//! its Remote Motion Interface starts the program that follows them.
+//! FANUC Stream Motion (option J519): the controller sends its status at 125 Hz over UDP and takes joint targets as
+//! answers; its Remote Motion Interface starts the program that follows them.
 //!
-//! [`packets`] is the codec, [`driver`] our side, [`rmi`] the sessions over TCP, [`armed`] a robot whose program such a
-//! session has started, [`controller`] and [`rmi_server`] the emulated controller.
+//! [`packets`] is the codec, [`driver`] our side, [`rmi`] the sessions over TCP, [`armed`] a robot whose program was
+//! started by such a session, [`controller`] and [`rmi_server`] the emulated controller.
 
 pub mod armed;
 pub mod controller;

@@ -1,12 +1,12 @@
 //! The packets of Stream Motion, big-endian, of fixed lengths; angles in deg, lengths in mm.
 
-/// Axes in a packet; a six-axis arm leaves the last three at 0.
+/// Axes in a packet; the last three of a six-axis arm are 0.
 pub const WIRE_AXES: usize = 9;
-/// Protocol version that any controller speaks.
+/// Protocol version of every controller.
 pub const BASE_VERSION: u32 = 3;
 
-/// Values of a command are joint angles. Anything else, and above all 0, is a Cartesian pose, towards which the robot
-/// would slew.
+/// Marks the values of a command as joint angles. Any other value, and above all 0, marks a Cartesian pose, to which
+/// the robot would move.
 const STYLE_JOINTS: u16 = 0xFFFF;
 const IO_BYTES: usize = 256;
 
@@ -25,7 +25,7 @@ const STATUS_FORCE: usize = 416;
 /// Longest packet.
 pub const MAX_PACKET: usize = STATUS_FORCE;
 
-/// A packet being written.
+/// A packet under construction.
 pub struct Packet {
     bytes: [u8; MAX_PACKET],
     length: usize,
@@ -44,19 +44,19 @@ impl Packet {
         self.length += bytes.len();
     }
 
-    /// Zeros up to the packet's fixed length.
+    /// Adds zeros up to the packet's fixed length.
     fn padded_to(mut self, length: usize) -> Self {
         self.length = length;
         self
     }
 
-    /// The bytes to send.
+    /// Returns the bytes to send.
     pub fn as_bytes(&self) -> &[u8] {
         &self.bytes[..self.length]
     }
 }
 
-/// Words at their places in a packet whose length has been checked.
+/// Reads words of a packet whose length has been checked.
 struct Words<'a>(&'a [u8]);
 
 impl Words<'_> {
@@ -77,16 +77,16 @@ impl Words<'_> {
     }
 }
 
-/// What a client sends.
+/// Request of a client.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FanucRequest {
-    /// End the stream.
+    /// Ends the stream.
     Stop,
-    /// Tell version and rate.
+    /// Requests version and rate.
     Capability,
-    /// Begin the stream, in this version.
+    /// Begins the stream in this version.
     Start(u32),
-    /// Follow.
+    /// Commands joint targets.
     Command(FanucCommand),
 }
 
@@ -95,16 +95,16 @@ pub enum FanucRequest {
 pub struct FanucCommand {
     /// Negotiated version.
     pub version: u32,
-    /// Number of the status that is answered.
+    /// Number of the answered status.
     pub sequence: u32,
-    /// No more will follow.
+    /// Whether this is the last command.
     pub last: bool,
     /// Joint angles \[deg\].
     pub joints: [f64; WIRE_AXES],
 }
 
 impl FanucRequest {
-    /// The packet.
+    /// Serialises the request.
     pub fn packet(&self) -> Packet {
         match self {
             Self::Stop => Packet::of(&[TYPE_STOP, BASE_VERSION]),
@@ -112,7 +112,7 @@ impl FanucRequest {
             Self::Start(version) => Packet::of(&[TYPE_START, *version]),
             Self::Command(command) => {
                 let mut packet = Packet::of(&[TYPE_COMMAND, command.version, command.sequence]);
-                // Last, motion wanted.
+                // Last command flag, motion flag.
                 packet.put(&[u8::from(command.last), 1]);
                 packet.put(&STYLE_JOINTS.to_be_bytes());
                 command.joints.iter().for_each(|angle| packet.put(&angle.to_be_bytes()));
@@ -121,8 +121,8 @@ impl FanucRequest {
         }
     }
 
-    /// Reads a request, as an emulated controller does; `None` if it is none, or a command of anything but finite joint
-    /// angles.
+    /// Parses a request, as an emulated controller does; `None` for other packets, and for commands without finite
+    /// joint angles.
     pub fn read(datagram: &[u8]) -> Option<Self> {
         let words = Words(datagram);
         match (datagram.len(), words.u32(0)) {
@@ -143,38 +143,38 @@ impl FanucRequest {
     }
 }
 
-/// What a controller sends.
+/// Reply of a controller.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FanucReply {
-    /// What it can do.
+    /// Capabilities.
     Capability(Capability),
-    /// Its state.
+    /// Status.
     Status(FanucStatus),
 }
 
-/// What a controller can do.
+/// Capabilities of a controller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Capability {
     /// Period of its status \[ms\].
     pub period_ms: u32,
-    /// Newest version of the protocol that it speaks; start and commands must carry it.
+    /// Newest supported protocol version; start and commands must state it.
     pub version: u32,
 }
 
-/// A controller's state.
+/// Status of a controller.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FanucStatus {
-    /// Negotiated version: 4 and up carry the force block.
+    /// Negotiated version: 4 and up have the force block.
     pub version: u32,
     /// Count of status packets.
     pub sequence: u32,
-    /// Bits: 0 it waits for commands, 3 it moves.
+    /// Bits: 0 ready for commands, 3 moving.
     pub status: u8,
     /// Bits: 0 error, 1 teach pendant on, 2 emergency stop.
     pub robot_status: u8,
     /// Contact stop of a collaborative robot: 0 none, 1 safe, 2 stopped, 3 disabled, 4 escaping.
     pub contact_stop: u8,
-    /// Controller's time \[ms\]; wraps after 49.7 days.
+    /// Controller time \[ms\]; wraps after 49.7 days.
     pub time_stamp: u32,
     /// Pose of the faceplate: X, Y, Z \[mm\], W, P, R \[deg\], extended axes.
     pub pose: [f32; WIRE_AXES],
@@ -182,31 +182,31 @@ pub struct FanucStatus {
     pub joints: [f32; WIRE_AXES],
     /// Motor currents, in the controller's units.
     pub currents: [f32; WIRE_AXES],
-    /// Share of the speed that safety functions leave.
+    /// Share of the speed that safety functions permit.
     pub safety_scale: f32,
     /// Force \[N\] and moment \[N m\] of its own sensor, from version 4 on.
     pub force: Option<[f32; 6]>,
 }
 
 impl FanucStatus {
-    /// It waits for commands and follows them: no error, no stop.
+    /// Whether it follows commands: ready, no error, no stop.
     pub fn is_ready(&self) -> bool {
         self.waits_for_commands() && self.is_sound()
     }
 
-    /// No error, no stop.
+    /// Whether it has neither error nor stop.
     pub fn is_sound(&self) -> bool {
         self.robot_status & 0b101 == 0 && !matches!(self.contact_stop, 2 | 4)
     }
 
-    /// A command would be taken.
+    /// Whether it is ready for commands.
     pub fn waits_for_commands(&self) -> bool {
         self.status & 1 != 0
     }
 }
 
 impl FanucReply {
-    /// The packet.
+    /// Serialises the reply.
     pub fn packet(&self) -> Packet {
         match self {
             Self::Capability(capability) => {
@@ -229,7 +229,7 @@ impl FanucReply {
         }
     }
 
-    /// Reads a reply; `None` if it is none.
+    /// Parses a reply; `None` for other packets.
     pub fn read(datagram: &[u8]) -> Option<Self> {
         let words = Words(datagram);
         match (datagram.len(), words.u32(0)) {
@@ -291,7 +291,7 @@ mod tests {
         assert_eq!(bytes[16..24], [0x3F, 0xF0, 0, 0, 0, 0, 0, 0]);
         assert!(bytes[24..].iter().all(|&byte| byte == 0));
         assert_eq!(FanucRequest::read(bytes), Some(FanucRequest::Command(command)));
-        // A Cartesian command, one of no motion, and one that is not finite are none of ours.
+        // A Cartesian command, one without motion, and one that is not finite.
         for (place, value) in [(14, 0), (13, 0), (16, 0x7F)] {
             let mut other = bytes.to_vec();
             other[place] = value;

@@ -1,64 +1,64 @@
-//! FANUC's Remote Motion Interface, as far as arming needs it: a session of JSON lines over TCP that clears faults and
-//! starts the program which follows the stream.
+//! FANUC's Remote Motion Interface, as far as arming needs it: sessions of JSON lines over TCP that clear faults and
+//! start the program which follows the stream.
 
 use serde_json::{Value, json};
 use std::io::{self, Read, Write};
 use std::net::{SocketAddr, TcpStream};
 use std::time::{Duration, Instant};
 
-/// The program on the controller that follows Stream Motion.
+/// Name of the controller's program that follows Stream Motion.
 pub const STREAM_PROGRAM: &str = "STREAM_MOTN";
-/// Longest line that is read.
+/// Greatest length of a line.
 const MAX_LINE: usize = 64 * 1024;
-/// Lines of others (faults pushed, late acknowledgements) that may come before a reply.
+/// Greatest number of other lines (pushed faults, late acknowledgements) before a reply.
 const MAX_PUSHED: usize = 64;
 
-/// Alarms that are read of the controller.
+/// Greatest number of alarms that are read.
 const MAX_ALARMS: i64 = 5;
-/// How often a controller whose servos come up is asked again.
+/// Period of polling a controller while its servos are being enabled.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// Why a robot could not be armed.
+/// Error of arming a robot over RMI.
 #[derive(Debug, thiserror::Error)]
 pub enum RmiError {
     /// The controller does not answer in time, or the connection breaks.
     #[error("the FANUC controller does not answer {request}: {error}")]
     Io {
-        /// What it was asked.
+        /// Request.
         request: &'static str,
-        /// What the operating system says.
+        /// Error of the operating system.
         #[source]
         error: io::Error,
     },
-    /// It refuses.
+    /// The controller refuses.
     #[error("the FANUC controller refuses {request} with error {code}: {words}")]
     Refused {
-        /// What it was asked.
+        /// Request.
         request: &'static str,
-        /// Its number for the reason.
+        /// Error number of the controller.
         code: i64,
         /// Its alarms, or the meaning of the number.
         words: String,
     },
-    /// It cannot move its robot now.
+    /// The controller cannot move its robot now.
     #[error("the FANUC controller cannot move its robot, {problem}: {words}")]
     NotReady {
-        /// What its status shows.
+        /// Reason in its status.
         problem: &'static str,
         /// Its alarms.
         words: String,
     },
-    /// Its reply lacks what it must tell.
+    /// The reply lacks a required field.
     #[error("the FANUC controller answers {request} without {field}")]
     Reply {
-        /// What it was asked.
+        /// Request.
         request: &'static str,
-        /// What is missing.
+        /// Missing field.
         field: &'static str,
     },
 }
 
-/// What the numbers of refusals mean, as FANUC's manual has it.
+/// Returns the meaning of an error number, by FANUC's manual.
 fn meaning(code: i64) -> &'static str {
     match code {
         2_556_934 | 2_556_936 => "Cannot Execute TP program",
@@ -75,10 +75,10 @@ fn meaning(code: i64) -> &'static str {
     }
 }
 
-/// A session with a controller; when it is dropped it aborts the program that follows the stream, and ends.
+/// A session with a controller; on drop it aborts the program that follows the stream, and ends.
 pub struct RmiSession {
     lines: Lines,
-    /// Alarms that stood when it was opened: a reset takes them off the list, whether their cause is gone or not.
+    /// Alarms at its opening: a reset removes them from the list even if their cause persists.
     alarms: String,
 }
 
@@ -97,7 +97,7 @@ impl RmiSession {
     /// If the controller does not answer or refuses.
     pub fn open(controller: SocketAddr, limit: Duration) -> Result<Self, RmiError> {
         let request = "FRC_Connect_STMO";
-        // The first connection only tells the port of the session.
+        // The first connection only returns the port of the session.
         let port = {
             let mut first = Lines::connect(controller, limit, request)?;
             let reply = first.ask("Communication", request)?;
@@ -111,10 +111,10 @@ impl RmiSession {
         Ok(session)
     }
 
-    /// The controller's alarms, newest first; empty without any.
+    /// Returns the controller's alarms, newest first; empty without any.
     fn read_alarms(&mut self) -> String {
         let request = json!({"Command": "FRC_ReadError", "Count": MAX_ALARMS});
-        // Words that cannot be had are no failure of their own.
+        // Alarms that cannot be read are no error.
         let Ok(reply) = self.lines.exchange("Command", "FRC_ReadError", &request) else {
             return String::new();
         };
@@ -123,7 +123,7 @@ impl RmiSession {
         texts.filter(|text| !text.is_empty()).collect::<Vec<_>>().join("; ")
     }
 
-    /// The controller's alarms now, or else those from before.
+    /// Returns the controller's present alarms, or else the previous ones.
     pub(super) fn words(&mut self) -> String {
         let now = self.read_alarms();
         match (now.is_empty(), self.alarms.is_empty()) {
@@ -133,7 +133,7 @@ impl RmiSession {
         }
     }
 
-    /// A refusal with the controller's own words.
+    /// Creates a refusal that quotes the controller.
     fn explained(&mut self, error: RmiError) -> RmiError {
         match error {
             RmiError::Refused { request, code, words } => {
@@ -149,7 +149,7 @@ impl RmiSession {
     /// Waits until the servos are on, as long as a reply may take.
     ///
     /// # Errors
-    /// If the teach pendant is on, or the servos stay off: with the controller's own words.
+    /// If the teach pendant is on, or the servos stay off; the error quotes the controller.
     pub fn wait_for_servos(&mut self) -> Result<(), RmiError> {
         let request = "FRC_GetStatus";
         let end = Instant::now() + self.lines.limit;
@@ -173,7 +173,7 @@ impl RmiSession {
         }
     }
 
-    /// Resets and initialises; once more after an abort, if a program of an earlier session is in the way.
+    /// Resets and initialises; repeats after an abort, if a program of an earlier session still runs.
     fn initialize(&mut self) -> Result<(), RmiError> {
         self.tolerated("FRC_Reset")?;
         if self.lines.ask("Command", "FRC_Initialize").is_ok() {
@@ -184,7 +184,7 @@ impl RmiSession {
         self.lines.ask("Command", "FRC_Initialize").map(|_| ())
     }
 
-    /// A command whose refusal is no matter.
+    /// Sends a command whose refusal has no consequence.
     fn tolerated(&mut self, request: &'static str) -> Result<(), RmiError> {
         match self.lines.ask("Command", request) {
             Ok(_) | Err(RmiError::Refused { .. }) => Ok(()),
@@ -192,14 +192,14 @@ impl RmiSession {
         }
     }
 
-    /// Starts the program that follows the stream. Whether it runs, the stream's status tells: the acknowledgement may
-    /// come late or as "wait".
+    /// Starts the program that follows the stream. Only the stream's status shows whether the program runs: the
+    /// acknowledgement may be late or "wait".
     ///
     /// # Errors
     /// If the controller does not answer.
     pub fn start_stream_program(&mut self) -> Result<(), RmiError> {
         let status = self.lines.ask("Command", "FRC_GetStatus")?;
-        // The controller goes on counting over sessions, and drops a call of an older number without a word.
+        // The controller continues its count over sessions, and drops a call with an older number silently.
         let next = status.get("NextSequenceID").and_then(Value::as_u64);
         let sequence = next.ok_or(RmiError::Reply { request: "FRC_GetStatus", field: "NextSequenceID" })?;
         let call = json!({"Instruction": "FRC_Call", "SequenceID": sequence, "ProgramName": STREAM_PROGRAM});
@@ -216,12 +216,12 @@ impl Lines {
         Ok(Self { stream, limit, unread: Vec::new() })
     }
 
-    /// Sends a request and waits for the reply that repeats its name.
+    /// Sends a request and waits for the reply of its name.
     fn ask(&mut self, kind: &'static str, request: &'static str) -> Result<Value, RmiError> {
         self.exchange(kind, request, &json!({ kind: request }))
     }
 
-    /// The same for a request with further fields.
+    /// Sends a request with further fields and waits for its reply.
     fn exchange(&mut self, kind: &'static str, request: &'static str, message: &Value) -> Result<Value, RmiError> {
         self.write(request, message)?;
         let end = Instant::now() + self.limit;
@@ -269,8 +269,8 @@ impl Lines {
 
 impl Drop for RmiSession {
     fn drop(&mut self) {
-        // Waiting for the reply also reads what else has come: closed with bytes unread, the connection would break off
-        // before the controller has read this. A controller that is gone needs no farewell.
+        // Waits for the reply, which also reads pending data: closing with unread bytes would reset the connection
+        // before the controller has read this request. A missing reply is no error.
         self.lines.limit = self.lines.limit.min(Duration::from_secs(1));
         let _ = self.lines.ask("Command", "FRC_Abort");
         let _ = self.lines.ask("Communication", "FRC_Disconnect");
@@ -283,14 +283,14 @@ mod tests {
     use std::io::{BufRead, BufReader};
     use std::net::TcpListener;
 
-    /// Serves a connection with the replies that `answer` makes; ends with it, returning what was asked.
+    /// Serves a connection with the replies of `answer`; returns the requests.
     fn serve(listener: &TcpListener, mut answer: impl FnMut(&Value) -> Vec<Value>) -> Vec<Value> {
         let (mut stream, _) = listener.accept().unwrap();
         let mut asked = Vec::new();
         for line in BufReader::new(stream.try_clone().unwrap()).lines().map_while(Result::ok) {
             let request: Value = serde_json::from_str(&line).unwrap();
             for reply in answer(&request) {
-                // The client may have gone.
+                // The client may be gone.
                 let _ = stream.write_all(format!("{reply}\r\n").as_bytes());
             }
             asked.push(request);
@@ -305,7 +305,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stuck_controller_is_reset_and_the_program_called_with_its_own_number() {
+    fn blocked_controller_is_reset_and_program_is_called_with_its_number() {
         let any = SocketAddr::from(([127, 0, 0, 1], 0));
         let (first, second) = (TcpListener::bind(any).unwrap(), TcpListener::bind(any).unwrap());
         let (address, port) = (first.local_addr().unwrap(), second.local_addr().unwrap().port());
@@ -342,7 +342,7 @@ mod tests {
     }
 
     #[test]
-    fn a_refusal_and_silence_are_errors() {
+    fn refusal_and_silence_are_errors() {
         let listener = TcpListener::bind(SocketAddr::from(([127, 0, 0, 1], 0))).unwrap();
         let address = listener.local_addr().unwrap();
         let served = std::thread::spawn(move || {

@@ -1,4 +1,4 @@
-//! The emulated controller's Remote Motion Interface: lets a client clear faults and start the program that follows the
+//! The emulated controller's Remote Motion Interface: clients clear faults and start the program that follows the
 //! stream.
 
 use super::controller::Remote;
@@ -11,12 +11,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-/// Longest line that is read.
+/// Greatest length of a line.
 const MAX_LINE: u64 = 16 * 1024;
-/// How often a thread looks whether it shall end.
+/// Period at which a thread checks whether it must end.
 const LOOK: Duration = Duration::from_millis(20);
 
-/// The RMI server of an emulated controller: one session at a time, until this is dropped.
+/// The RMI server of an emulated controller: one session at a time, until dropped.
 pub struct RmiServer {
     address: SocketAddr,
     remote: Arc<Remote>,
@@ -28,7 +28,7 @@ impl RmiServer {
     /// Serves at a local address; port 0 takes any free one.
     ///
     /// # Errors
-    /// If the address is taken or not of this machine.
+    /// If the address is taken or does not belong to this machine.
     pub fn start(address: SocketAddr) -> io::Result<Self> {
         let first = TcpListener::bind(address)?;
         let address = first.local_addr()?;
@@ -41,7 +41,7 @@ impl RmiServer {
         let thread = std::thread::Builder::new().name("fanuc-rmi".to_owned()).spawn(move || {
             let mut controller = Controller { port, next_sequence: 1, remote: served };
             while !ended.load(Ordering::Acquire) {
-                // What becomes of a session is the client's business; the program ends with it.
+                // Errors of a session concern the client only; the program ends with the session.
                 for listener in [&first, &session] {
                     if let Ok((stream, _)) = listener.accept() {
                         let _ = controller.serve(stream, &ended);
@@ -54,12 +54,12 @@ impl RmiServer {
         Ok(Self { address, remote, over, thread: Some(thread) })
     }
 
-    /// Where it listens for clients.
+    /// Returns the listening address.
     pub fn local_address(&self) -> SocketAddr {
         self.address
     }
 
-    /// What its clients have asked for: for [`obey`](super::controller::FanucController::obey).
+    /// Returns the requests of its clients: for [`obey`](super::controller::FanucController::obey).
     pub fn remote(&self) -> Arc<Remote> {
         Arc::clone(&self.remote)
     }
@@ -77,7 +77,7 @@ impl Drop for RmiServer {
 struct Controller {
     /// Port of sessions.
     port: u16,
-    /// Number that the next instruction must have; outlives sessions that just break off.
+    /// Number of the next instruction; outlives broken sessions.
     next_sequence: u64,
     remote: Arc<Remote>,
 }
@@ -92,8 +92,8 @@ impl Controller {
         let mut reader = BufReader::new(stream);
         let mut line = Vec::new();
         while !over.load(Ordering::Acquire) {
-            let room = MAX_LINE.saturating_sub(line.len() as u64);
-            match reader.by_ref().take(room).read_until(b'\n', &mut line) {
+            let remaining = MAX_LINE.saturating_sub(line.len() as u64);
+            match reader.by_ref().take(remaining).read_until(b'\n', &mut line) {
                 Ok(0) => break,
                 Ok(_) if line.ends_with(b"\n") => {}
                 Ok(_) => continue,
@@ -108,7 +108,7 @@ impl Controller {
         Ok(())
     }
 
-    /// The reply to a request; `None` if it gets none.
+    /// Returns the reply to a request; `None` if there is none.
     fn reply(&mut self, request: &Value) -> Option<Value> {
         if request["Instruction"] == "FRC_Call" {
             return self.call(request);
@@ -123,7 +123,7 @@ impl Controller {
             }
             "FRC_Abort" => self.remote.run_program(false),
             "FRC_Reset" => self.remote.reset(),
-            "FRC_GetStatus" => self.tell_status(&mut reply),
+            "FRC_GetStatus" => self.write_status(&mut reply),
             "FRC_GetExtStatus" => {
                 let powered = u8::from(!self.remote.is_stopped());
                 let fields =
@@ -139,7 +139,7 @@ impl Controller {
         Some(reply)
     }
 
-    fn tell_status(&self, reply: &mut Value) {
+    fn write_status(&self, reply: &mut Value) {
         let runs = u64::from(self.remote.runs_program());
         let fields = [
             ("ServoReady", u64::from(!self.remote.is_stopped())),
@@ -152,7 +152,7 @@ impl Controller {
         fields.into_iter().for_each(|(field, value)| reply[field] = value.into());
     }
 
-    /// Starts a program; a call with an old number is dropped without a word, as by the real one.
+    /// Starts a program; like the real controller, silently drops a call with an old number.
     fn call(&mut self, request: &Value) -> Option<Value> {
         let sequence = request["SequenceID"].as_u64().filter(|&sequence| sequence >= self.next_sequence)?;
         self.next_sequence = sequence.saturating_add(1);
@@ -169,7 +169,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_session_starts_the_program_and_ends_it() {
+    fn session_starts_and_ends_the_program() {
         let server = RmiServer::start(SocketAddr::from(([127, 0, 0, 1], 0))).unwrap();
         for _ in 0..2 {
             let mut session = RmiSession::open(server.local_address(), Duration::from_secs(5)).unwrap();
@@ -186,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn garbage_and_old_numbers_get_no_reply() {
+    fn garbage_and_old_numbers_are_ignored() {
         let remote = Arc::new(Remote::default());
         let mut controller = Controller { port: 1, next_sequence: 5, remote: Arc::clone(&remote) };
         for request in [json!(null), json!([1]), json!({"Command": 7}), json!({"Instruction": "FRC_Call"})] {

@@ -1,4 +1,4 @@
-//! Driver and emulated controller against one another, cycle by cycle.
+//! Driver against emulated controller, cycle by cycle.
 
 use super::controller::FanucController;
 use super::driver::FanucRobot;
@@ -51,7 +51,7 @@ fn assert_near(a: [f64; AXES], b: [f64; AXES], tolerance: f64) {
 }
 
 #[test]
-fn it_shakes_hands_follows_and_ends() {
+fn robot_connects_follows_and_ends() {
     for version in [3, 4] {
         let mut bench = Bench::new(version);
         assert_eq!(bench.cycle(&Order::Hold), None);
@@ -74,7 +74,7 @@ fn it_shakes_hands_follows_and_ends() {
 }
 
 #[test]
-fn an_unanswered_question_is_asked_again() {
+fn unanswered_request_is_repeated() {
     let mut bench = Bench::new(3);
     assert_eq!(bench.port.sent().len(), 2);
     for _ in 0..20 {
@@ -84,7 +84,7 @@ fn an_unanswered_question_is_asked_again() {
 }
 
 #[test]
-fn no_command_before_the_controller_waits_for_it() {
+fn no_command_is_sent_before_the_controller_is_ready() {
     let mut bench = Bench::new(3);
     bench.controller.run_program(false);
     for _ in 0..5 {
@@ -98,7 +98,7 @@ fn no_command_before_the_controller_waits_for_it() {
 }
 
 #[test]
-fn only_the_newest_is_answered_and_nothing_too_late() {
+fn only_newest_status_is_answered_and_only_in_time() {
     let mut bench = Bench::new(3);
     bench.cycle(&Order::Hold);
     bench.cycle(&Order::Hold);
@@ -117,7 +117,7 @@ fn only_the_newest_is_answered_and_nothing_too_late() {
 }
 
 #[test]
-fn jumps_doubles_and_silence_stop_the_controller() {
+fn jumps_duplicates_and_silence_stop_the_controller() {
     let command = |sequence, degrees: f64| {
         let mut joints = [0.0; 9];
         joints[0] = START[0].to_degrees() + degrees;
@@ -142,7 +142,7 @@ fn jumps_doubles_and_silence_stop_the_controller() {
 }
 
 #[test]
-fn one_client_at_a_time_and_a_new_one_after_it() {
+fn one_client_at_a_time() {
     let (one, two) = (local(), peer());
     let start = FanucRequest::Start(3).packet();
     let command = |sequence| {
@@ -154,7 +154,7 @@ fn one_client_at_a_time_and_a_new_one_after_it() {
     remote.run_program(true);
     controller.obey(std::sync::Arc::clone(&remote));
     let mut now = Nanos(0);
-    // Where the next status goes.
+    // Receiver of the next status.
     let status = |controller: &mut FanucController, now| {
         let mut to = None;
         controller.report(now, &state_at(START, now), &mut |address, _| to = Some(address));
@@ -162,7 +162,7 @@ fn one_client_at_a_time_and_a_new_one_after_it() {
     };
     controller.take(now, one, start.as_bytes(), &mut |_, _| {});
     assert_eq!(status(&mut controller, now), Some(one));
-    // Somebody else has no part in it, as long as the client commands.
+    // Another client is ignored as long as the first one commands.
     for sequence in 1..=300 {
         now += CYCLE;
         controller.take(now, one, command(sequence).as_bytes(), &mut |_, _| {});
@@ -171,7 +171,7 @@ fn one_client_at_a_time_and_a_new_one_after_it() {
         assert_eq!(status(&mut controller, now), Some(one));
     }
     assert!(controller.has_client() && controller.fault().is_none());
-    // Its remote session breaks off, and with it the program: nobody commands any more.
+    // Its remote session breaks, which ends the program: no client commands any more.
     remote.run_program(false);
     status(&mut controller, now);
     assert!(!controller.has_client());
@@ -185,7 +185,7 @@ fn one_client_at_a_time_and_a_new_one_after_it() {
 }
 
 #[test]
-fn no_wild_order_leaves() {
+fn implausible_commands_are_not_sent() {
     let mut bench = Bench::new(3);
     bench.cycle(&Order::Hold);
     for (axis, bad) in [(0, f64::NAN), (3, f64::INFINITY), (2, 1e3), (RAIL, 0.1)] {
@@ -199,7 +199,7 @@ fn no_wild_order_leaves() {
 }
 
 #[test]
-fn dropping_the_driver_ends_the_stream_cleanly() {
+fn dropping_the_driver_ends_the_stream() {
     let mut bench = Bench::new(3);
     for _ in 0..4 {
         bench.cycle(&Order::Hold);
@@ -214,7 +214,7 @@ fn dropping_the_driver_ends_the_stream_cleanly() {
 }
 
 #[test]
-fn another_cycle_is_a_mismatch() {
+fn different_cycle_is_a_mismatch() {
     let port = MemoryPort::default();
     let mut driver = FanucRobot::open(port.clone(), peer(), Nanos::from_millis(4)).unwrap();
     port.answer(&mut FanucController::new(CYCLE, 3));

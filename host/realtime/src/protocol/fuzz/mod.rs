@@ -1,7 +1,7 @@
-//! Every parser that reads the wire against mutated messages: no panic, no hang, nothing wild comes out.
+//! Fuzzes every parser of wire data with mutated messages: no panic, no hang, no implausible output.
 //!
-//! The mutations are seeded, so that a failure repeats. The drivers are fed through a port in memory and asked for
-//! orders in between; the emulated other sides are fed directly.
+//! Mutations are seeded, so that a failure repeats. The drivers read from a port in memory and send commands in
+//! between; the emulated devices are fed directly.
 
 mod mutation;
 
@@ -27,21 +27,20 @@ use mutation::{Random, mutate};
 use softdock_kernels::space::Wrench;
 use std::time::{Duration, Instant};
 
-/// Inputs per parser in every run of the tests, and in the full one.
+/// Inputs per parser in every test run, and in the full one.
 const FEW: u64 = 200_000;
 const MANY: u64 = 10_000_000;
 
-/// Longest that an input may take: a hang, not a descheduled test.
+/// Longest time of an input: detects a hang, not a descheduled test.
 const HANG: Duration = Duration::from_secs(2);
 
-/// Inputs after which driver and other side are made anew, so that a session that was led astray does not hide the
-/// inputs that follow.
+/// Inputs after which driver and device are created anew, so that a corrupted session does not mask later inputs.
 const SESSION: u64 = 16;
 
 const START: [f64; AXES] = [0.1, -1.5, 1.4, 0.0, 0.5, -0.3, 0.0];
 
-/// Feeds `count` mutations of valid messages; `feed` tells whether something came of one. Both must happen often, or the
-/// mutations are too tame or too wild to test anything.
+/// Feeds `count` mutations of valid messages; `feed` returns whether one had an effect. Both results must be frequent:
+/// otherwise the mutations are too weak or too strong to test anything.
 fn fuzz(name: &str, count: u64, valid: &[Vec<u8>], mut feed: impl FnMut(u64, &[u8], &mut Random) -> bool) {
     let mut random = Random(0x5_0F7D_0CC5);
     let mut message = Vec::with_capacity(8192);
@@ -59,7 +58,7 @@ fn fuzz(name: &str, count: u64, valid: &[Vec<u8>], mut feed: impl FnMut(u64, &[u
 
 fn assert_sound(state: &RobotState) {
     assert!(plausible(&state.position), "{state:?}");
-    assert!(state.asked.is_none_or(|asked| plausible(&asked)), "{state:?}");
+    assert!(state.reported_set_point.is_none_or(|asked| plausible(&asked)), "{state:?}");
     assert!(state.torque.is_none_or(|torque| torque.iter().all(|value| value.abs() <= MAX_EFFORT)), "{state:?}");
     assert!(
         state.pose.is_none_or(|pose| pose.position.norm() < 1e4 && pose.attitude.v.norm() <= 1.0 + 1e-9),
@@ -67,7 +66,7 @@ fn assert_sound(state: &RobotState) {
     );
 }
 
-/// An order, sometimes a wild one.
+/// Returns a command, sometimes an implausible one.
 fn order(state: &RobotState, random: &mut Random) -> Order {
     let mut target = state.position;
     match random.below(8) {
@@ -81,7 +80,7 @@ fn order(state: &RobotState, random: &mut Random) -> Order {
     }
 }
 
-/// Feeds a driver, and checks what comes out of it: `sent` must find every datagram sound.
+/// Feeds a driver and checks its output: `sent` must accept every datagram.
 fn feed_robot(
     robot: &mut impl RobotLink,
     port: &MemoryPort,
@@ -103,7 +102,7 @@ fn feed_robot(
     true
 }
 
-/// Makes the messages that a controller sends in its first cycles.
+/// Returns the messages of a controller's first cycles.
 fn reports(controller: &mut dyn EmulatedController, count: usize) -> Vec<Vec<u8>> {
     let mut messages = Vec::new();
     for cycle in 0..count {
@@ -113,7 +112,8 @@ fn reports(controller: &mut dyn EmulatedController, count: usize) -> Vec<Vec<u8>
     messages
 }
 
-/// Feeds an emulated controller in a cycle; where it asks its axes to be stays sound. Whether that has changed.
+/// Feeds an emulated controller in a cycle, checks that its targets stay plausible, and returns whether they have
+/// changed.
 fn feed_controller(controller: &mut dyn EmulatedController, index: u64, datagram: &[u8]) -> bool {
     let now = controller.cycle() * index as i64;
     let before = controller.target(now);
@@ -130,7 +130,7 @@ fn rsi_reports(count: u64) {
     let valid = reports(&mut krc, 20);
     let sound = |message: &[u8]| {
         Sen::read(message, &tags).is_ok_and(|sen| {
-            // Offsets from a start that is itself believed.
+            // Offsets from a plausible start.
             let mut target = [0.0; AXES];
             (0..RAIL).for_each(|axis| target[axis] = sen.axes[axis].unwrap_or(f64::NAN).to_radians() * 0.5);
             target[RAIL] = sen.rail.unwrap_or(f64::NAN) * 0.5e-3;
@@ -142,7 +142,7 @@ fn rsi_reports(count: u64) {
     fuzz("RSI reports", count, &valid, |index, datagram, random| {
         if index % SESSION == 0 {
             driver = RsiRobot::new(port.clone(), tags.clone(), None).unwrap();
-            // Half of the sessions are begun by a good message.
+            // Half of the sessions begin with a valid message.
             if index % (2 * SESSION) == 0 {
                 feed_robot(&mut driver, &port, &valid[0], random, sound);
             }
@@ -163,7 +163,7 @@ fn rsi_answers(count: u64) {
         valid.push(message.as_bytes().to_vec());
     }
     fuzz("RSI answers", count, &valid, |_, datagram, _| {
-        // An answer must repeat the IPOC, so that each input meets the cycle that it answers.
+        // An answer must repeat the IPOC: each input meets the cycle that it answers.
         let mut krc = Krc::new(settings.clone());
         feed_controller(&mut krc, 0, &[]);
         feed_controller(&mut krc, 1, datagram)
@@ -333,7 +333,7 @@ fn egm_commands(count: u64) {
     });
 }
 
-/// A test of each parser at both sizes.
+/// Defines a test of each parser at both sizes.
 macro_rules! fuzz_tests {
     ($($parser:ident)*) => {
         mod few {

@@ -1,4 +1,4 @@
-//! Seeded mutations of valid messages: what noise, bugs and malice make of them.
+//! Seeded mutations of valid messages: noise, bugs and malicious input.
 
 /// SplitMix64: the same sequence on every machine.
 pub(super) struct Random(pub(super) u64);
@@ -12,19 +12,19 @@ impl Random {
         word ^ (word >> 31)
     }
 
-    /// A number below `end`; 0 if that is 0.
+    /// Returns a number below `end`; 0 if that is 0.
     pub(super) fn below(&mut self, end: usize) -> usize {
         (self.next() % end.max(1) as u64) as usize
     }
 
-    /// Any bits as a number, now and then a small one.
+    /// Returns arbitrary bits as a number, occasionally a small one.
     pub(super) fn wild_number(&mut self) -> f64 {
         let word = self.next();
         if word & 1 == 0 { f64::from_bits(self.next()) } else { (word >> 32) as i32 as f64 * 1e-6 }
     }
 }
 
-/// Longest mutated message; longer than what a port takes of one.
+/// Greatest length of a mutated message; exceeds the length that a port takes.
 const MAX_LENGTH: usize = 4096;
 
 const TEXTS: [&[u8]; 22] = [
@@ -67,7 +67,7 @@ const WORDS: [[u8; 8]; 12] = [
     [0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0x01],
 ];
 
-/// Makes a mutated message of one of the valid ones.
+/// Returns a mutation of one of the valid messages.
 pub(super) fn mutate(message: &mut Vec<u8>, valid: &[Vec<u8>], random: &mut Random) {
     message.clear();
     message.extend_from_slice(&valid[random.below(valid.len())]);
@@ -99,7 +99,7 @@ fn change(message: &mut Vec<u8>, valid: &[Vec<u8>], random: &mut Random) {
             (0..times).for_each(|_| drop(message.splice(place..place, part.iter().copied())));
         }
         6 => {
-            // The begin of this one and the end of another.
+            // The begin of this message and the end of another.
             let other = &valid[random.below(valid.len())];
             message.truncate(place);
             message.extend_from_slice(&other[random.below(other.len())..]);
@@ -115,7 +115,7 @@ fn change(message: &mut Vec<u8>, valid: &[Vec<u8>], random: &mut Random) {
             message[place..end].iter_mut().zip(word).for_each(|(byte, new)| *byte = new);
         }
         _ => {
-            // Deep or endless: the same few bytes a thousand times.
+            // Deep or long repetition: the same few bytes a thousand times.
             let part = [&b"<a>"[..], b"9", b"\x0A\xFF", b" ", b"<a b=\"1\">", b"\x80"][random.below(6)];
             let times = random.below(1000);
             message.splice(place..place, part.iter().copied().cycle().take(times * part.len()));

@@ -1,4 +1,4 @@
-//! What scales a Net Box's counts: the calibration in its `netftapi2.xml`.
+//! Calibration of a Net Box in its `netftapi2.xml`: counts to force and moment.
 
 use crate::signals::MAX_EFFORT;
 use softdock_kernels::space::Wrench;
@@ -34,14 +34,15 @@ const MOMENT_UNITS: [(&str, f64); 13] = [
     ("kgfcm", 9.806_65e-2),
 ];
 
-/// How counts become newtons and newton metres.
+/// Scale from counts to newtons and newton metres.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NetFtCalibration {
-    /// Name of the product, as the box tells it.
+    /// Product name, as reported by the box.
     pub product: String,
-    /// Serial number of the calibration, which is that of the sensor (`cfgcalsn`), where the box states it.
+    /// Serial number of the calibration, equal to the sensor's (`cfgcalsn`), if reported.
     pub serial: Option<String>,
-    /// Tool transformation that the box applies to what it sends (`cfgtfx`): three distances, three angles, its own units.
+    /// Tool transformation that the box applies to its measurements (`cfgtfx`): three distances, three angles, in box
+    /// units.
     pub transform: Option<[f64; 6]>,
     /// Rated range of each channel (`cfgmr`), in the units of force and moment.
     pub ratings: Option<[f64; 6]>,
@@ -57,32 +58,32 @@ pub struct NetFtCalibration {
     newton_metres_per_count: f64,
 }
 
-/// Why an `netftapi2.xml` cannot be used.
+/// Error in a `netftapi2.xml`.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum CalibrationError {
-    /// A field is not there, or there twice.
+    /// A field is missing or duplicate.
     #[error("the sensor's netftapi2.xml must have one <{0}>")]
     Field(&'static str),
-    /// Counts per unit are no positive number of believable size.
+    /// Counts per unit are outside the accepted range.
     #[error("the sensor's <{field}> is {value}: expected counts per unit, 1e-3 to 1e12")]
     Counts {
         /// The field.
         field: &'static str,
-        /// What it says.
+        /// Value.
         value: String,
     },
-    /// A unit is not known.
-    #[error("the sensor's <{field}> is {value}: no known unit")]
+    /// Unknown unit.
+    #[error("the sensor's <{field}> is {value}: unknown unit")]
     Unit {
         /// The field.
         field: &'static str,
-        /// What it says.
+        /// Value.
         value: String,
     },
 }
 
 impl NetFtCalibration {
-    /// A calibration in N and N m.
+    /// Creates a calibration in N and N m.
     ///
     /// # Errors
     /// If the counts per unit are not within 1e-3 to 1e12.
@@ -90,7 +91,7 @@ impl NetFtCalibration {
         Self::with_units("ATI Net F/T", counts_per_force, counts_per_moment, "N", "Nm")
     }
 
-    /// A calibration in the units of these names.
+    /// Creates a calibration in named units.
     ///
     /// # Errors
     /// If a unit is unknown or the counts per unit are not within 1e-3 to 1e12.
@@ -119,10 +120,10 @@ impl NetFtCalibration {
         })
     }
 
-    /// Reads a `netftapi2.xml`. Firmware differs in what else it holds, so that only these fields are looked for.
+    /// Parses a `netftapi2.xml`. Reads these fields only, because other contents differ between firmware versions.
     ///
     /// # Errors
-    /// If a field is missing, doubled or not usable. A missing product name is none: old firmware has none.
+    /// If a field is missing, duplicate or invalid. The product name is optional: old firmware has none.
     pub fn from_xml(xml: &str) -> Result<Self, CalibrationError> {
         let product = field(xml, "prodname").unwrap_or("ATI Net F/T");
         let counts = |name| {
@@ -135,12 +136,12 @@ impl NetFtCalibration {
         Ok(Self { serial, transform: six(xml, "cfgtfx"), ratings: six(xml, "cfgmr"), ..read })
     }
 
-    /// Whether the box turns or shifts what it sends by a tool transformation.
+    /// Whether the box applies a tool transformation.
     pub fn is_transformed(&self) -> bool {
         self.transform.is_some_and(|transform| transform.iter().any(|value| *value != 0.0))
     }
 
-    /// Least rated force \[N\] and moment \[N m\] of the channels, where the box states them.
+    /// Returns the least rated force \[N\] and moment \[N m\] of the channels, if reported.
     pub fn range(&self) -> Option<[f64; 2]> {
         let ratings = self.ratings?;
         let least = |of: &[f64]| of.iter().copied().fold(f64::INFINITY, f64::min);
@@ -148,7 +149,7 @@ impl NetFtCalibration {
         Some([force, least(&ratings[3..]) * self.newton_metres_per_count * self.counts_per_moment])
     }
 
-    /// The `netftapi2.xml` of an emulated box.
+    /// Returns the `netftapi2.xml` of an emulated box.
     pub fn to_xml(&self) -> String {
         let mut xml = String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<netft>\n");
         let (force, moment) = (self.counts_per_force.to_string(), self.counts_per_moment.to_string());
@@ -166,7 +167,7 @@ impl NetFtCalibration {
         xml + "</netft>\n"
     }
 
-    /// Force \[N\] and moment \[N m\] of a record's counts; `None` if they are beyond belief.
+    /// Returns force \[N\] and moment \[N m\] of a record's counts; `None` for implausible values.
     pub fn wrench(&self, counts: [i32; 6]) -> Option<Wrench<f64>> {
         let force = |axis: usize| f64::from(counts[axis]) * self.newtons_per_count;
         let moment = |axis: usize| f64::from(counts[3 + axis]) * self.newton_metres_per_count;
@@ -177,7 +178,7 @@ impl NetFtCalibration {
         })
     }
 
-    /// Counts of a wrench, held at the ends of their range (NaN gives 0).
+    /// Returns the counts of a wrench, saturated at the ends of their range (NaN gives 0).
     pub fn counts(&self, wrench: Wrench<f64>) -> [i32; 6] {
         // `as` saturates.
         let force = wrench.force.map(|value| (value / self.newtons_per_count).round() as i32);
@@ -199,13 +200,13 @@ fn size(field: &'static str, units: &[(&str, f64)], name: &str) -> Result<f64, C
     unit.map(|&(_, size)| size).ok_or_else(|| CalibrationError::Unit { field, value: name.to_owned() })
 }
 
-/// Six numbers with semicolons, commas or blanks between them; none if the field is not there or holds anything else.
+/// Parses six numbers separated by semicolons, commas or blanks; `None` for a missing field or other contents.
 fn six(xml: &str, name: &'static str) -> Option<[f64; 6]> {
     let words = field(xml, name).ok()?.split([';', ',', ' ']).filter(|word| !word.is_empty());
     words.map(|word| word.parse().ok()).collect::<Option<Vec<f64>>>()?.try_into().ok()
 }
 
-/// The text between `<name>` and `</name>`, without the blanks around it.
+/// Returns the trimmed text between `<name>` and `</name>`.
 fn field<'a>(xml: &'a str, name: &'static str) -> Result<&'a str, CalibrationError> {
     let missing = || CalibrationError::Field(name);
     let (_, after) = xml.split_once(&format!("<{name}>")).ok_or_else(missing)?;
@@ -223,7 +224,7 @@ mod tests {
         <cfgcpf> 1000000 </cfgcpf><cfgcpt>1e6</cfgcpt><scfgfu>lbf</scfgfu><scfgtu>lbf-in</scfgtu></netft>";
 
     #[test]
-    fn units_of_the_box_become_si() {
+    fn box_units_convert_to_si() {
         let calibration = NetFtCalibration::from_xml(XML).unwrap();
         assert_eq!(calibration.product, "Gamma");
         let wrench = calibration.wrench([2_000_000, 0, -1_000_000, 3_000_000, 0, 0]).unwrap();
@@ -233,7 +234,7 @@ mod tests {
     }
 
     #[test]
-    fn a_box_states_its_serial_number_its_tool_transformation_and_its_ranges() {
+    fn serial_number_tool_transformation_and_ranges_are_read() {
         let more =
             "<cfgcalsn>FT27462</cfgcalsn><cfgtfx>0;0;132.710;0;0;0</cfgtfx><cfgmr>330;330;990;30;30;30</cfgmr></netft>";
         let xml = XML.replace("lbf-in", "Nm").replace("lbf", "N").replace("</netft>", more);
@@ -248,7 +249,7 @@ mod tests {
     }
 
     #[test]
-    fn a_calibration_that_cannot_be_is_refused() {
+    fn invalid_calibration_is_refused() {
         for (good, bad) in [
             ("<cfgcpf>", "<cfgcpx>"),
             ("<cfgcpt>", "<cfgcpf>"),
@@ -269,7 +270,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn the_emulated_boxs_file_returns(force in 1.0..1e7f64, moment in 1.0..1e7f64, unit in 0..8usize) {
+        fn file_of_the_emulated_box_parses_to_its_calibration(force in 1.0..1e7f64, moment in 1.0..1e7f64, unit in 0..8usize) {
             let unit = FORCE_UNITS[unit].0;
             let calibration = NetFtCalibration::with_units("Omega", force, moment, unit, "N-mm").unwrap();
             prop_assert_eq!(NetFtCalibration::from_xml(&calibration.to_xml()), Ok(calibration));

@@ -1,4 +1,4 @@
-//! Our side of a Net Box: asks for the stream, takes the newest record, and watches that the stream stays ours.
+//! Our side of a Net Box: requests the stream, takes the newest record, supervises that the stream is ours.
 
 use super::calibration::NetFtCalibration;
 use super::rdt::{RdtCommand, RdtRecord, RdtRequest};
@@ -8,44 +8,44 @@ use crate::time::Nanos;
 use crate::wire::Port;
 use std::net::SocketAddr;
 
-/// Largest gap in the count of records that is believed: 14 s at 7 kHz, longer than any run waits.
+/// Greatest accepted gap in the record count: 14 s at 7 kHz, longer than any run waits.
 const MAX_GAP: i32 = 100_000;
 
-/// How long after our request the count of records may begin anew.
+/// Time after our request within which the record count may restart.
 const RESTART: Nanos = Nanos::from_millis(100);
 
-/// What to do when the stream falls silent: the box may be off, or stream to somebody else.
+/// Reaction to a silent stream: the box may be off, or stream to another client.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum OnSilence {
-    /// Ask for the stream again, as often as the silence lasts: for a dry run.
+    /// Request the stream again while the silence lasts: for a dry run.
     Request,
-    /// Stop with a fault: when armed, a person has to look.
+    /// Stop with a fault: for armed robots, where the operator must check the box.
     Stop,
 }
 
-/// How to talk to a box.
+/// Connection settings of a box.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NetFtSettings {
-    /// Where it takes requests: its host, port 49152.
+    /// Address for requests: its host, port 49152.
     pub sensor: SocketAddr,
-    /// What scales its counts.
+    /// Scale of its counts.
     pub calibration: NetFtCalibration,
     /// Period of its records.
     pub period: Nanos,
-    /// How long without a record is silence; 3 periods by default.
+    /// Time without a record that counts as silence; 3 periods by default.
     pub silence: Nanos,
-    /// What then.
+    /// Reaction to silence.
     pub on_silence: OnSilence,
 }
 
 impl NetFtSettings {
-    /// Records each `period`; silence is three of them without a record, and a fault.
+    /// Creates settings for records each `period`; silence is three periods without a record, and a fault.
     pub fn new(sensor: SocketAddr, calibration: NetFtCalibration, period: Nanos) -> Self {
         Self { sensor, calibration, period, silence: period * 3, on_silence: OnSilence::Stop }
     }
 }
 
-/// A force/torque sensor behind a Net Box.
+/// A link to a force/torque sensor behind a Net Box.
 pub struct NetFt<P: Port> {
     port: P,
     settings: NetFtSettings,
@@ -53,23 +53,23 @@ pub struct NetFt<P: Port> {
     counters: LinkCounters,
     stream: Stream,
     peak: Peak,
-    /// Last record or request.
-    heard: Nanos,
-    /// Whether any record has come: silence before that is the box starting its stream.
+    /// Time of the last record or request.
+    last_datagram: Nanos,
+    /// Whether any record has arrived: before that, silence means that the box is starting its stream.
     begun: bool,
 }
 
-/// How far the stream has come.
+/// Progress of the record count.
 #[derive(Clone, Copy)]
 struct Stream {
     last: Option<RdtRecord>,
     requested: Nanos,
-    /// No record has come since our request.
+    /// Whether no record has arrived since our request.
     fresh: bool,
 }
 
 impl<P: Port> NetFt<P> {
-    /// Asks the box for an endless stream.
+    /// Requests an endless stream.
     ///
     /// # Errors
     /// If the network interface fails.
@@ -79,12 +79,12 @@ impl<P: Port> NetFt<P> {
         let peer = Peer::at(settings.sensor);
         let counters = LinkCounters::default();
         let mut driver =
-            Self { port, settings, peer, counters, stream, peak: Peak::default(), heard: now, begun: false };
+            Self { port, settings, peer, counters, stream, peak: Peak::default(), last_datagram: now, begun: false };
         driver.request(RdtCommand::Stream)?;
         Ok(driver)
     }
 
-    /// Makes the present load the sensor's zero, in the box.
+    /// Sets the box's zero to the present load.
     ///
     /// # Errors
     /// If the network interface fails.
@@ -97,24 +97,24 @@ impl<P: Port> NetFt<P> {
         Ok(())
     }
 
-    /// Meets a stream that has fallen silent.
+    /// Handles a silent stream.
     fn meet_silence(&mut self) -> Result<(), LinkFault> {
         let now = self.port.now();
-        // A box needs a moment to begin; a request to a box that is off goes nowhere and is repeated.
+        // A box needs a moment to start; a request to a switched-off box is lost and repeated.
         let allowed = if self.begun { self.settings.silence } else { self.settings.silence.max(RESTART) };
-        if now - self.heard <= allowed {
+        if now - self.last_datagram <= allowed {
             return Ok(());
         }
         if self.settings.on_silence == OnSilence::Stop {
-            return Err(LinkFault::Stopped("the force/torque sensor has fallen silent"));
+            return Err(LinkFault::Stopped("the force/torque sensor sends no more records"));
         }
-        self.heard = now;
+        self.last_datagram = now;
         self.stream = Stream { requested: now, fresh: true, ..self.stream };
         self.request(RdtCommand::Stream)
     }
 }
 
-/// Takes a record into the stream, or counts why not.
+/// Takes a record into the stream, or counts its rejection.
 fn take(
     settings: &NetFtSettings,
     stream: &mut Stream,
@@ -166,7 +166,7 @@ impl<P: Port> ForceSensor for NetFt<P> {
     fn latest(&mut self) -> Result<Option<ForceSample>, LinkFault> {
         let Self { port, settings, peer, counters, stream, peak, .. } = self;
         let mut fault = None;
-        // A load that was beyond range or an error between two looks must not go unseen because a later record is good.
+        // A saturation or an error between two reads must not be hidden by a later valid record.
         let (mut saturated, mut invalid) = (false, false);
         let (sample, _) = link::newest(port, link::AT_ONCE, |datagram, from, now| {
             if !peer.admits(from) {
@@ -190,8 +190,8 @@ impl<P: Port> ForceSensor for NetFt<P> {
             self.meet_silence()?;
             return Ok(None);
         };
-        (self.heard, self.begun) = (sample.received, true);
-        Ok(Some(ForceSample { saturated, invalid, peak: self.peak.look(sample.wrench), ..sample }))
+        (self.last_datagram, self.begun) = (sample.received, true);
+        Ok(Some(ForceSample { saturated, invalid, peak: self.peak.read(sample.wrench), ..sample }))
     }
 
     fn counters(&self) -> LinkCounters {
@@ -201,7 +201,7 @@ impl<P: Port> ForceSensor for NetFt<P> {
 
 impl<P: Port> Drop for NetFt<P> {
     fn drop(&mut self) {
-        // The box would stream for ever; it is no matter here whether this arrives.
+        // Otherwise the box would stream for ever; a lost request has no consequence.
         let _ = self.request(RdtCommand::Stop);
     }
 }

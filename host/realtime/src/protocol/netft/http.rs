@@ -1,4 +1,4 @@
-//! As much HTTP as a calibration needs: one file fetched at the start, and served by the emulated box.
+//! The subset of HTTP for a calibration: fetches one file at the start; the emulated box serves it.
 
 use super::calibration::{CalibrationError, NetFtCalibration};
 use std::io::{self, Read, Write};
@@ -8,37 +8,37 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// Where a Net Box keeps its configuration.
+/// Path of a Net Box's configuration.
 const PATH: &str = "/netftapi2.xml";
-/// Longest reply that is read: a real one has a few kilobytes.
+/// Greatest length of a reply: a real one has a few kilobytes.
 const MAX_REPLY: usize = 256 * 1024;
-/// Longest request that the emulated box reads.
+/// Greatest length of a request to the emulated box.
 const MAX_REQUEST: usize = 8 * 1024;
 
-/// Why no calibration could be had.
+/// Error of reading a calibration.
 #[derive(Debug, thiserror::Error)]
 pub enum FetchError {
     /// The box does not answer in time, or the connection breaks.
     #[error("the sensor's configuration at http://{address}{PATH} cannot be read")]
     Io {
-        /// Whom it was asked of.
+        /// Address of the box.
         address: SocketAddr,
-        /// What the operating system says.
+        /// Error of the operating system.
         #[source]
         error: io::Error,
     },
-    /// It answers with something else.
+    /// The reply is not a configuration.
     #[error("the sensor answers \"{0}\" when asked for its configuration")]
     Status(String),
-    /// The file is there and not usable.
+    /// The file cannot be used.
     #[error(transparent)]
     Calibration(#[from] CalibrationError),
 }
 
-/// Reads the calibration of the box whose HTTP server is at `address`; blocks for `limit` at most, more or less.
+/// Reads the calibration of the box whose HTTP server is at `address`; blocks for about `limit` at most.
 ///
 /// # Errors
-/// If it does not answer in time, or with something that is no calibration.
+/// If the box does not answer in time, or the reply is no calibration.
 pub fn fetch_calibration(address: SocketAddr, limit: Duration) -> Result<NetFtCalibration, FetchError> {
     let reply = get(address, limit).map_err(|error| FetchError::Io { address, error })?;
     let reply = String::from_utf8_lossy(&reply);
@@ -78,7 +78,7 @@ fn read_until(stream: &mut TcpStream, end: Instant, limit: usize, done: impl Fn(
     Ok(bytes)
 }
 
-/// The HTTP server of an emulated box: a thread that serves `netftapi2.xml` until this is dropped.
+/// The HTTP server of an emulated box: a thread that serves `netftapi2.xml` until dropped.
 pub struct CalibrationServer {
     address: SocketAddr,
     over: Arc<AtomicBool>,
@@ -89,7 +89,7 @@ impl CalibrationServer {
     /// Serves a calibration at a local address; port 0 takes any free one.
     ///
     /// # Errors
-    /// If the address is taken or not of this machine.
+    /// If the address is taken or does not belong to this machine.
     pub fn start(address: SocketAddr, calibration: &NetFtCalibration) -> io::Result<Self> {
         let listener = TcpListener::bind(address)?;
         let address = listener.local_addr()?;
@@ -100,14 +100,14 @@ impl CalibrationServer {
                 if ended.load(Ordering::Acquire) {
                     return;
                 }
-                // A client that goes away is its own business.
+                // A client that disconnects is no error.
                 let _ = stream.and_then(|stream| serve(stream, &xml));
             }
         })?;
         Ok(Self { address, over, thread: Some(thread) })
     }
 
-    /// Where it listens.
+    /// Returns the listening address.
     pub fn local_address(&self) -> SocketAddr {
         self.address
     }
@@ -116,7 +116,7 @@ impl CalibrationServer {
 impl Drop for CalibrationServer {
     fn drop(&mut self) {
         self.over.store(true, Ordering::Release);
-        // Wakes the thread out of its wait for a client.
+        // Wakes the thread that waits for a client.
         let woken = TcpStream::connect_timeout(&self.address, Duration::from_secs(1)).is_ok();
         if let Some(thread) = self.thread.take().filter(|_| woken) {
             let _ = thread.join();
@@ -151,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn a_served_calibration_is_fetched() {
+    fn served_calibration_is_fetched() {
         let calibration = NetFtCalibration::with_units("Net F/T", 1e6, 1e5, "lbf", "lbf-ft").unwrap();
         let server = CalibrationServer::start(any(), &calibration).unwrap();
         for _ in 0..3 {
@@ -160,7 +160,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_calibration_is_an_error() {
+    fn other_replies_are_errors() {
         let listener = TcpListener::bind(any()).unwrap();
         let address = listener.local_addr().unwrap();
         let served = std::thread::spawn(move || {

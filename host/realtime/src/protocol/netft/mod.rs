@@ -1,7 +1,7 @@
 //! ATI Net F/T: wrenches as raw data transfer (RDT) over UDP, and the calibration that scales them over HTTP.
 //!
-//! [`rdt`] is the codec, [`calibration`] what `netftapi2.xml` tells, [`http`] how it is fetched and served, [`driver`]
-//! our side, [`sensor_box`] the emulated Net Box.
+//! [`rdt`] is the codec, [`calibration`] the contents of `netftapi2.xml`, [`http`] its transfer, [`driver`] our side,
+//! [`sensor_box`] the emulated Net Box.
 
 pub mod calibration;
 pub mod driver;
@@ -11,9 +11,9 @@ pub mod sensor_box;
 #[cfg(test)]
 mod tests;
 
-/// Port on which a Net Box takes requests.
+/// Default port of a Net Box for requests.
 pub const RDT_PORT: u16 = 49152;
-/// Port on which a Net Box serves its calibration.
+/// Default port of a Net Box for its calibration.
 pub const HTTP_PORT: u16 = 80;
-/// Records that a Net Box sends per second.
+/// Default records per second of a Net Box.
 pub const RATE_HZ: f64 = 1000.0;

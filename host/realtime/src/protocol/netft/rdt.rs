@@ -7,25 +7,25 @@ pub const REQUEST: usize = 8;
 /// Length of a record.
 pub const RECORD: usize = 36;
 
-/// Status: some error bit is set.
+/// Status: an error bit is set.
 pub const STATUS_ERROR: u32 = 0x8000_0000;
-/// Status: a gauge is beyond its range.
+/// Status: a gauge is saturated.
 pub const STATUS_SATURATED: u32 = 0x0002_0000;
-/// Status: a threshold that the user has set was crossed; no error.
+/// Status: a threshold of the user was crossed; no error.
 pub const STATUS_THRESHOLD: u32 = 0x0001_0000;
 
-/// What a client asks for.
+/// Command of a client.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RdtCommand {
-    /// No more records.
+    /// Stop the stream.
     Stop,
-    /// Records as they are measured.
+    /// Stream records as they are measured.
     Stream,
-    /// Records in batches.
+    /// Stream records in batches.
     StreamBuffered,
-    /// Forget crossed thresholds.
+    /// Reset crossed thresholds.
     ResetThresholds,
-    /// The load of this moment is zero from now on.
+    /// Set the present load as zero.
     Bias,
 }
 
@@ -43,17 +43,17 @@ impl RdtCommand {
     }
 }
 
-/// A request: a command, and after how many records to stop (0: never).
+/// A request: a command, and the number of records after which the stream stops (0: never).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RdtRequest {
-    /// What is asked for.
+    /// Command.
     pub command: RdtCommand,
-    /// Records wanted; 0 is without end.
+    /// Number of records; 0: endless.
     pub count: u32,
 }
 
 impl RdtRequest {
-    /// The bytes of the request.
+    /// Serialises the request.
     pub fn bytes(&self) -> [u8; REQUEST] {
         let mut bytes = [0; REQUEST];
         bytes[..2].copy_from_slice(&MAGIC.to_be_bytes());
@@ -62,7 +62,7 @@ impl RdtRequest {
         bytes
     }
 
-    /// Reads a request; `None` if it is none or asks for something unknown.
+    /// Parses a request; `None` for other bytes or an unknown command.
     pub fn read(datagram: &[u8]) -> Option<Self> {
         let bytes: &[u8; REQUEST] = datagram.try_into().ok()?;
         let [m0, m1, c0, c1, count @ ..] = *bytes;
@@ -75,9 +75,9 @@ impl RdtRequest {
 /// A record of the stream.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RdtRecord {
-    /// Count of the records sent: a gap is a lost datagram.
+    /// Count of sent records: a gap is a lost datagram.
     pub rdt_sequence: u32,
-    /// Count of the samples measured inside: grows from record to record, usually by more than one.
+    /// Count of measured samples: increases from record to record, usually by more than one.
     pub ft_sequence: u32,
     /// Status bits.
     pub status: u32,
@@ -86,7 +86,7 @@ pub struct RdtRecord {
 }
 
 impl RdtRecord {
-    /// The bytes of the record.
+    /// Serialises the record.
     pub fn bytes(&self) -> [u8; RECORD] {
         let mut bytes = [0; RECORD];
         let header = [self.rdt_sequence, self.ft_sequence, self.status];
@@ -97,7 +97,7 @@ impl RdtRecord {
         bytes
     }
 
-    /// Reads a record; `None` if its length is not a record's.
+    /// Parses a record; `None` if its length is wrong.
     pub fn read(datagram: &[u8]) -> Option<Self> {
         let bytes: &[u8; RECORD] = datagram.try_into().ok()?;
         let word = |index: usize| [bytes[4 * index], bytes[4 * index + 1], bytes[4 * index + 2], bytes[4 * index + 3]];
@@ -109,12 +109,12 @@ impl RdtRecord {
         })
     }
 
-    /// Whether some gauge is beyond its range.
+    /// Whether a gauge is saturated.
     pub fn is_saturated(&self) -> bool {
         self.status & STATUS_SATURATED != 0
     }
 
-    /// Whether the box reports any error besides saturation and a crossed threshold, each of which may set the bit of
+    /// Whether the box reports an error other than saturation and a crossed threshold, each of which may set the bit of
     /// all errors too.
     pub fn is_invalid(&self) -> bool {
         let known = STATUS_SATURATED | STATUS_THRESHOLD;

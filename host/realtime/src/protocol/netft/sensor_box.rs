@@ -1,4 +1,4 @@
-//! The emulated Net Box: streams what the facility's sensor measures to the client that asked last.
+//! The emulated Net Box: streams the measurements of the facility's sensor to the client of the last request.
 
 use super::calibration::NetFtCalibration;
 use super::rdt::{RdtCommand, RdtRecord, RdtRequest, STATUS_ERROR, STATUS_SATURATED};
@@ -16,18 +16,18 @@ pub struct NetBox {
     calibration: NetFtCalibration,
     period: Nanos,
     client: Option<SocketAddr>,
-    /// Records that the client still wants; `None` is without end.
+    /// Remaining records of the client; `None`: endless.
     wanted: Option<u32>,
     rdt_sequence: u32,
     ft_sequence: u32,
-    /// Samples measured inside per record.
+    /// Measured samples per record.
     measured_per_record: u32,
     bias: Wrench<f64>,
     bias_wanted: bool,
 }
 
 impl NetBox {
-    /// A box that sends a record each `period` (1 to 7 kHz) and measures at 7 kHz inside.
+    /// Creates a box that sends a record each `period` (1 to 7 kHz) and measures at 7 kHz.
     pub fn new(calibration: NetFtCalibration, period: Nanos) -> Self {
         let measured_per_record = (period.seconds() * 7000.0).round().max(1.0) as u32;
         Self {
@@ -43,12 +43,12 @@ impl NetBox {
         }
     }
 
-    /// What scales its counts.
+    /// Returns the scale of its counts.
     pub fn calibration(&self) -> &NetFtCalibration {
         &self.calibration
     }
 
-    /// Who gets the stream.
+    /// Returns the client of the stream.
     pub fn client(&self) -> Option<SocketAddr> {
         self.client
     }

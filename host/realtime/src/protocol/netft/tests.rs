@@ -1,4 +1,4 @@
-//! Driver and emulated box against one another, period by period.
+//! Driver against emulated box, period by period.
 
 use super::calibration::NetFtCalibration;
 use super::driver::{NetFt, NetFtSettings, OnSilence};
@@ -34,14 +34,14 @@ impl Bench {
         Self { driver: NetFt::start(port.clone(), settings).unwrap(), sensor, port }
     }
 
-    /// A period: requests arrive, the box sends what it measures, if `heard`.
-    fn period(&mut self, sample: &ForceSample, heard: bool) {
+    /// Runs a period: requests arrive; the box sends its measurement, if `delivered`.
+    fn period(&mut self, sample: &ForceSample, delivered: bool) {
         let now = self.port.now() + PERIOD;
         self.port.set_now(now);
         self.port.answer_sensor(&mut self.sensor);
         let port = self.port.clone();
         self.sensor.report(now, sample, &mut |_, record| {
-            if heard {
+            if delivered {
                 port.deliver(peer(), record);
             }
         });
@@ -53,7 +53,7 @@ impl Bench {
 }
 
 #[test]
-fn the_wrench_arrives_in_si() {
+fn wrench_is_si() {
     let mut bench = Bench::new(OnSilence::Stop);
     for step in 1..=50 {
         bench.period(&sample(f64::from(step)), true);
@@ -66,7 +66,7 @@ fn the_wrench_arrives_in_si() {
 }
 
 #[test]
-fn the_newest_is_taken_and_an_error_before_it_is_seen() {
+fn newest_record_is_taken_and_earlier_error_is_reported() {
     let mut bench = Bench::new(OnSilence::Stop);
     let saturated = ForceSample { saturated: true, ..sample(9.0) };
     bench.period(&saturated, true);
@@ -78,9 +78,9 @@ fn the_newest_is_taken_and_an_error_before_it_is_seen() {
 }
 
 #[test]
-fn losses_and_strangers_are_counted() {
+fn lost_and_foreign_datagrams_are_counted() {
     let mut bench = Bench::new(OnSilence::Stop);
-    // Past the time in which the count may begin anew.
+    // Past the time in which the count may restart.
     for _ in 0..101 {
         bench.period(&sample(1.0), true);
         bench.driver.latest().unwrap();
@@ -98,7 +98,7 @@ fn losses_and_strangers_are_counted() {
 }
 
 #[test]
-fn silence_stops_when_armed() {
+fn silence_stops_an_armed_session() {
     let mut bench = Bench::new(OnSilence::Stop);
     bench.period(&sample(1.0), true);
     bench.driver.latest().unwrap().unwrap();
@@ -111,7 +111,7 @@ fn silence_stops_when_armed() {
 }
 
 #[test]
-fn a_stolen_stream_is_asked_for_again_in_a_dry_run() {
+fn dry_run_requests_a_lost_stream_again() {
     let mut bench = Bench::new(OnSilence::Request);
     bench.period(&sample(1.0), true);
     bench.driver.latest().unwrap().unwrap();
@@ -130,7 +130,7 @@ fn a_stolen_stream_is_asked_for_again_in_a_dry_run() {
 }
 
 #[test]
-fn a_stall_is_invalid_and_a_restart_a_fault() {
+fn stall_is_invalid_and_restart_is_a_fault() {
     let mut bench = Bench::new(OnSilence::Request);
     bench.port.set_now(Nanos::from_millis(200));
     bench.deliver(u32::MAX, 700, 0);
@@ -147,7 +147,7 @@ fn a_stall_is_invalid_and_a_restart_a_fault() {
 }
 
 #[test]
-fn the_boxs_bias_zeroes_the_load() {
+fn bias_command_zeroes_the_load() {
     let mut bench = Bench::new(OnSilence::Stop);
     bench.driver.bias().unwrap();
     bench.period(&sample(5.0), true);
@@ -157,7 +157,7 @@ fn the_boxs_bias_zeroes_the_load() {
 }
 
 #[test]
-fn a_count_ends_the_stream() {
+fn requested_count_ends_the_stream() {
     let mut sensor = NetBox::new(NetFtCalibration::new(1e6, 1e6).unwrap(), PERIOD);
     sensor.take(Nanos(0), peer(), &RdtRequest { command: RdtCommand::Stream, count: 2 }.bytes(), &mut |_, _| {});
     let mut sent = 0;

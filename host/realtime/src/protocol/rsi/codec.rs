@@ -5,31 +5,31 @@ use super::tags::{RsiGroup, TagMap};
 use crate::protocol::text::Text;
 use std::fmt::{self, Write};
 
-/// Longest message that is written: public simulators read 1024 bytes.
+/// Greatest length of a written message: public simulators read 1024 bytes.
 pub const MAX_MESSAGE: usize = 1024;
 
-/// A message being written.
+/// A message under construction.
 pub(crate) type Message = Text<MAX_MESSAGE>;
 
 /// A controller's report.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rob {
     groups: [[f64; 6]; RsiGroup::ALL.len()],
-    /// Which values of each group are there, bit by bit.
-    seen: [u8; RsiGroup::ALL.len()],
-    /// Late answers that the controller has counted.
+    /// Present values of each group, one bit each.
+    present: [u8; RsiGroup::ALL.len()],
+    /// Late answers counted by the controller.
     pub delay: u32,
-    /// Its time, that an answer must repeat.
+    /// Its time, which an answer must repeat.
     pub ipoc: u64,
 }
 
 impl Rob {
-    /// A report without values.
+    /// Creates a report without values.
     pub fn new(ipoc: u64, delay: u32) -> Self {
-        Self { groups: [[0.0; 6]; RsiGroup::ALL.len()], seen: [0; RsiGroup::ALL.len()], delay, ipoc }
+        Self { groups: [[0.0; 6]; RsiGroup::ALL.len()], present: [0; RsiGroup::ALL.len()], delay, ipoc }
     }
 
-    /// The values of a group \[deg, mm, N m\]; zeros where none were sent.
+    /// Returns the values of a group \[deg, mm, N m\]; zeros if absent.
     pub fn group(&self, group: RsiGroup) -> [f64; 6] {
         self.groups[group as usize]
     }
@@ -37,18 +37,18 @@ impl Rob {
     /// Sets the values of a group.
     pub fn set(&mut self, group: RsiGroup, values: [f64; 6]) {
         self.groups[group as usize] = values;
-        self.seen[group as usize] = 0b11_1111;
+        self.present[group as usize] = 0b11_1111;
     }
 
-    /// Whether every mapped group is there (of the external axes, the rail).
+    /// Whether every mapped group is present (of the external axes, the rail).
     pub fn is_complete(&self, tags: &TagMap) -> bool {
-        tags.is_complete(&self.seen)
+        tags.is_complete(&self.present)
     }
 
-    /// Reads a report. Unknown elements and attributes are skipped: contexts send more than they need.
+    /// Parses a report. Skips unknown elements and attributes: contexts may send more.
     ///
     /// # Errors
-    /// If it is no such message, has no IPOC, or gives a value twice or as anything but a finite number.
+    /// If the bytes are another message, lack the IPOC, or contain a duplicate or non-finite value.
     pub fn read(datagram: &[u8], tags: &TagMap) -> Result<Self, RsiFormatError> {
         let mut rob = Self::new(0, 0);
         let mut ipoc = None;
@@ -80,10 +80,10 @@ impl Rob {
             if tags.element(group).is_some_and(|tag| tag.as_bytes() == element) {
                 if let Some(index) = group.attributes().iter().position(|known| known.as_bytes() == name) {
                     let bit = 1 << index;
-                    if self.seen[group as usize] & bit != 0 {
+                    if self.present[group as usize] & bit != 0 {
                         return Err(RsiFormatError);
                     }
-                    self.seen[group as usize] |= bit;
+                    self.present[group as usize] |= bit;
                     self.groups[group as usize][index] = number(value)?;
                 }
                 return Ok(());
@@ -92,7 +92,7 @@ impl Rob {
         Ok(())
     }
 
-    /// Writes the report as KUKA's client library wants it: groups in fixed order, no blanks, six decimals.
+    /// Serialises the report for KUKA's client library: groups in fixed order, no blanks, six decimals.
     ///
     /// # Errors
     /// If it does not fit.
@@ -111,24 +111,24 @@ impl Rob {
     }
 }
 
-/// Our answer, or what an emulated controller reads of a client's.
+/// Our answer, or a client's answer as parsed by an emulated controller.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sen {
-    /// Corrections of the axes \[deg\]; `None` where the message has none.
+    /// Corrections of the axes \[deg\]; `None` if absent.
     pub axes: [Option<f64>; 6],
     /// Correction of the rail \[mm\].
     pub rail: Option<f64>,
-    /// The client asks for the end.
+    /// Whether the client requests the end.
     pub stop: bool,
-    /// The IPOC that is answered.
+    /// The answered IPOC.
     pub ipoc: u64,
 }
 
 impl Sen {
-    /// Reads an answer of the right `SENTYPE`.
+    /// Parses an answer of the right `SENTYPE`.
     ///
     /// # Errors
-    /// If it is no such message or of another type, has no IPOC, or a value is no finite number.
+    /// If the bytes are another message or type, lack the IPOC, or contain a non-finite value.
     pub fn read(datagram: &[u8], tags: &TagMap) -> Result<Self, RsiFormatError> {
         let mut sen = Self { axes: [None; 6], rail: None, stop: false, ipoc: 0 };
         let (mut ipoc, mut of_type) = (None, false);
@@ -169,7 +169,7 @@ impl Sen {
         Ok(())
     }
 
-    /// Writes the answer: internal axes before external ones, six decimals.
+    /// Serialises the answer: internal axes before external ones, six decimals.
     ///
     /// # Errors
     /// If it does not fit, or a value is not finite.
@@ -221,7 +221,7 @@ fn set_once<T>(place: &mut Option<T>, value: T) -> Result<(), RsiFormatError> {
     if place.replace(value).is_some() { Err(RsiFormatError) } else { Ok(()) }
 }
 
-/// A finite decimal number; `inf`, `nan` and what overflows are none.
+/// Parses a finite decimal number; refuses `inf`, `nan` and overflow.
 fn number(text: &[u8]) -> Result<f64, RsiFormatError> {
     let text = std::str::from_utf8(text.trim_ascii()).map_err(|_| RsiFormatError)?;
     let value: f64 = text.parse().map_err(|_| RsiFormatError)?;
@@ -251,7 +251,7 @@ mod tests {
     }
 
     #[test]
-    fn the_ros_drivers_message_is_read() {
+    fn message_of_the_ros_driver_is_parsed() {
         let rob = Rob::read(ROS.as_bytes(), &tags()).unwrap();
         assert!(rob.is_complete(&tags()));
         assert_eq!((rob.ipoc, rob.delay), (4_208_163_634, 3));
@@ -261,7 +261,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_report_is_refused() {
+    fn other_messages_are_refused() {
         for (good, bad) in [
             ("A1=\"1.5\"", "A1=\"nan\""),
             ("A1=\"1.5\"", "A1=\"1e999\""),
@@ -280,7 +280,7 @@ mod tests {
     }
 
     #[test]
-    fn an_answer_is_written_to_the_byte() {
+    fn answer_matches_reference_bytes() {
         let sen = Sen {
             axes: [0.0, -1e-9, 0.5, -0.000_001, 12.345_678_9, 0.0].map(Some),
             rail: Some(-2.5),
@@ -297,7 +297,7 @@ mod tests {
     }
 
     #[test]
-    fn the_emulated_controller_prints_the_fixed_order() {
+    fn emulated_controller_writes_fixed_order() {
         let mut rob = Rob::new(8, 0);
         rob.set(RsiGroup::Axes, [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
         let mut message = Message::new();
@@ -310,13 +310,13 @@ mod tests {
     }
 
     #[test]
-    fn kukas_client_library_finds_external_axes_in_their_place_without_a_rail() {
+    fn external_axes_have_fixed_offsets_without_a_rail() {
         let mut rob = Rob::new(357, 15);
         rob.set(RsiGroup::Axes, [5.32, 6.4, 111.3, 12.2, 0.0, 12.5]);
         let mut message = Message::new();
         rob.write(&TagMap::kroshu(), &mut message).unwrap();
         let text = std::str::from_utf8(message.as_bytes()).unwrap();
-        // The order of its own tests, to which its offsets are fixed.
+        // The order of its own tests, with fixed offsets.
         let places = ["<RIst X=", "<AIPos A1=", "/><EIPos E1=", "/><Delay D=\"15\"/><IPOC>357</IPOC></Rob>"];
         let found: Vec<_> = places.iter().map(|place| text.find(place)).collect();
         assert!(found.iter().all(Option::is_some) && found.is_sorted(), "{text}");
@@ -324,7 +324,7 @@ mod tests {
         sen.write(&TagMap::kroshu(), &mut message).unwrap();
         let text = std::str::from_utf8(message.as_bytes()).unwrap();
         assert!(text.contains("/><EK E1=\"0.000000\"/><Stop>0</Stop><IPOC>357</IPOC></Sen>"), "{text}");
-        // What the library itself answers for six axes: Stop first, no external axes.
+        // The library's own answer for six axes: Stop first, no external axes.
         let theirs = "<Sen Type=\"KROSHU\"><Stop>0</Stop><AK A1=\"-1.000000\" A2=\"-1.000000\" A3=\"-1.000000\" \
             A4=\"-1.000000\" A5=\"-1.000000\" A6=\"-1.000000\"/><IPOC>0</IPOC></Sen>";
         let read = Sen::read(theirs.as_bytes(), &TagMap::kroshu()).unwrap();
@@ -332,7 +332,7 @@ mod tests {
     }
 
     #[test]
-    fn axes_and_rail_share_an_element_where_the_context_has_it_so() {
+    fn axes_and_rail_may_share_an_element() {
         let tags = TagMap { external_correction: Some("AK".to_owned()), ..TagMap::im_free().with_rail() };
         let sen = Sen { axes: [1.0; 6].map(Some), rail: Some(-2.5), stop: false, ipoc: 9 };
         let mut message = Message::new();
@@ -343,7 +343,7 @@ mod tests {
     }
 
     #[test]
-    fn an_answer_of_another_type_is_refused() {
+    fn answer_of_another_type_is_refused() {
         let text = b"<Sen Type=\"ImFree\"><Stop>0</Stop><AK A1=\"1.0\"/><IPOC>7</IPOC></Sen>";
         assert_eq!(Sen::read(text, &TagMap::im_free()).map(|sen| (sen.axes[0], sen.ipoc)), Ok((Some(1.0), 7)));
         assert_eq!(Sen::read(text, &TagMap::kroshu()), Err(RsiFormatError));

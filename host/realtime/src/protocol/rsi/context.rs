@@ -1,17 +1,16 @@
-//! The controller's own configuration (`rsi_ethernet.xml`), written from the tag map so that both sides agree.
+//! Writes the controller's configuration (`rsi_ethernet.xml`) from the tag map, so that both sides agree.
 
 use super::tags::{Correction, RsiGroup, TagMap};
 use std::fmt::Write;
 use std::net::SocketAddr;
 
-/// Elements that the controller fills by itself; all others are wired in the RSI context, channel by channel.
+/// Elements that the controller fills by itself; the RSI context wires all others, channel by channel.
 const INTERNAL: [&str; 9] = ["RIst", "RSol", "AIPos", "ASPos", "EIPos", "ESPos", "MACur", "MECur", "Delay"];
 
-/// The `rsi_ethernet.xml` of a controller that sends to `address`.
+/// Returns the `rsi_ethernet.xml` of a controller that sends to `address`.
 ///
-/// Corrections keep their last value over a lost answer (`HOLDON="1"`) if they are offsets, since falling back to 0
-/// would be a jump to the start pose; increments fall back to 0, since repeating one would be motion that nobody asked
-/// for.
+/// Offsets keep their last value over a lost answer (`HOLDON="1"`): falling back to 0 would be a jump to the start
+/// pose. Increments fall back to 0: a repeated increment would be an uncommanded motion.
 pub fn rsi_ethernet(tags: &TagMap, address: SocketAddr) -> String {
     let mut text = String::new();
     // Writing to a String cannot fail.
@@ -79,7 +78,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_configuration_follows_the_tag_map() {
+    fn configuration_matches_the_tag_map() {
         let tags = TagMap { torque: Some("GearTorque".to_owned()), ..TagMap::kroshu().with_rail() };
         let text = rsi_ethernet(&tags, "192.168.1.10:59152".parse().unwrap());
         for line in [

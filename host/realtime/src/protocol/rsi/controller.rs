@@ -1,4 +1,4 @@
-//! The emulated KUKA controller: what a KRC with an RSI context does with our answers.
+//! The emulated KUKA controller: the reaction of a KRC with an RSI context to our answers.
 
 use super::codec::{Message, Rob, Sen};
 use super::tags::{Correction, RsiGroup, TagMap};
@@ -7,35 +7,35 @@ use crate::signals::{AXES, RAIL, RobotState};
 use crate::time::Nanos;
 use std::net::SocketAddr;
 
-/// Limits and habits of the context, in the controller's units.
+/// Limits and settings of the context, in the controller's units.
 #[derive(Clone, Debug, PartialEq)]
 pub struct KrcSettings {
     /// Elements, `SENTYPE`, mode and cycle.
     pub tags: TagMap,
-    /// Where it sends to (`IP_NUMBER` and `PORT` of its `rsi_ethernet.xml`).
+    /// Address that it sends to (`IP_NUMBER` and `PORT` of its `rsi_ethernet.xml`).
     pub client: SocketAddr,
     /// IPOC of its first message \[ms\].
     pub first_ipoc: u64,
     /// Missing answers at which RSI stops with an error (`Timeout` of the ETHERNET object).
     pub timeout: u32,
-    /// Whether that counts all missing answers, or only those in a row.
+    /// Whether the time-out counts all missing answers, or successive ones only.
     pub accumulate: bool,
     /// Whether it waits for the client: missing answers count only after the first one.
     pub patient: bool,
-    /// Whether it repeats its IPOC until that is answered, as the ROS-Industrial simulator does and no KRC.
+    /// Whether it repeats its IPOC until it is answered, as the ROS-Industrial simulator does and no KRC.
     pub repeats: bool,
-    /// `HOLDON`: a lost answer leaves the last value standing; otherwise it falls back to 0.
+    /// `HOLDON`: a lost answer keeps the last value; otherwise the value falls back to 0.
     pub hold_on: bool,
     /// `AXISCORR` lower limits: joints \[deg\], rail \[mm\]; a correction is clamped there.
     pub lower: [f64; AXES],
     /// `AXISCORR` upper limits.
     pub upper: [f64; AXES],
-    /// `AXISCORRMON` limits of the whole correction: beyond them RSI stops with an error.
+    /// `AXISCORRMON` limits of the total correction: beyond them RSI stops with an error.
     pub monitor: [f64; AXES],
 }
 
 impl KrcSettings {
-    /// A context with wide limits (joints 170 deg, rail 5 m) that otherwise behaves like the open ROS driver's.
+    /// Creates a context with wide limits (joints 170 deg, rail 5 m), otherwise that of the open ROS driver.
     pub fn new(tags: TagMap, client: SocketAddr) -> Self {
         let mut upper = [170.0; AXES];
         upper[RAIL] = 5000.0;
@@ -58,19 +58,19 @@ impl KrcSettings {
 
 /// An emulated KRC.
 ///
-/// An answer that came within its cycle is what the interpolator moves to, linearly, over the next one.
+/// The interpolator moves linearly over the next cycle to an answer that arrived within its own cycle.
 pub struct Krc {
     settings: KrcSettings,
     ipoc: u64,
     /// Set-points at `RSI_ON`: joints \[rad\], rail \[m\].
     start: Option<[f64; AXES]>,
-    /// Set-points at the end of the session before, which the next one begins at.
+    /// Set-points at the end of the previous session, at which the next one begins.
     held: Option<[f64; AXES]>,
-    /// What the client asks for this cycle: joints \[deg\], rail \[mm\].
+    /// The client's correction of this cycle: joints \[deg\], rail \[mm\].
     correction: [f64; AXES],
-    /// The whole correction since `RSI_ON`, clamped.
+    /// The total correction since `RSI_ON`, clamped.
     total: [f64; AXES],
-    /// The interpolator's line: from, to, and since when.
+    /// The interpolator's line: from, to, begin.
     line: Line,
     answered: bool,
     ever_answered: bool,
@@ -81,7 +81,7 @@ pub struct Krc {
 }
 
 impl Krc {
-    /// A controller before `RSI_ON`.
+    /// Creates a controller before `RSI_ON`.
     pub fn new(settings: KrcSettings) -> Self {
         Self {
             ipoc: settings.first_ipoc,
@@ -100,12 +100,12 @@ impl Krc {
         }
     }
 
-    /// The whole correction since `RSI_ON`, clamped: joints \[deg\], rail \[mm\].
+    /// Returns the total correction since `RSI_ON`, clamped: joints \[deg\], rail \[mm\].
     pub fn correction(&self) -> [f64; AXES] {
         self.total
     }
 
-    /// Closes the cycle that is over: counts a missing answer, and lets the interpolator move to the new correction.
+    /// Ends a cycle: counts a missing answer, and starts the interpolation to the new correction.
     fn close_cycle(&mut self, now: Nanos) {
         self.count_answer();
         let settings = &self.settings;
@@ -141,7 +141,7 @@ impl Krc {
     }
 }
 
-/// Set-points moved by a correction in deg and mm.
+/// Adds a correction in deg and mm to set-points.
 fn offset(start: [f64; AXES], correction: [f64; AXES]) -> [f64; AXES] {
     std::array::from_fn(|axis| match axis {
         RAIL => start[RAIL] + correction[RAIL] * 1e-3,
@@ -163,7 +163,7 @@ impl EmulatedController for Krc {
         let Some(sen) = Sen::read(datagram, &self.settings.tags).ok().filter(|_| running) else {
             return;
         };
-        // An answer to an older cycle is what `Delay` has already counted.
+        // `Delay` has already counted the answer to an older cycle as late.
         if sen.ipoc != self.ipoc || self.answered {
             return;
         }
@@ -174,7 +174,7 @@ impl EmulatedController for Krc {
             self.correction[axis] = given.unwrap_or(kept);
         }
         if sen.stop {
-            // The last correction is still moved to.
+            // The motion to the last correction is completed.
             self.close_cycle(now);
             self.fault = Some("RSI was ended by the client");
         }
@@ -186,7 +186,7 @@ impl EmulatedController for Krc {
 
     fn report(&mut self, now: Nanos, state: &RobotState, out: Outbox) {
         if self.fault.is_some() {
-            // Its time goes on without RSI.
+            // Its time continues without RSI.
             self.ipoc += self.settings.tags.cycle_millis();
             return;
         }
@@ -205,7 +205,7 @@ impl EmulatedController for Krc {
             return;
         }
         let rob = report(&self.settings.tags, state, self.line.from, self.late, self.ipoc);
-        // Six decimals of believable values fit; a state beyond them is not sent, as from a controller in trouble.
+        // Six decimals of plausible values fit; an implausible state is not sent.
         if rob.write(&self.settings.tags, &mut self.message).is_ok() {
             out(self.settings.client, self.message.as_bytes());
         }
@@ -229,7 +229,7 @@ impl EmulatedController for Krc {
     }
 }
 
-/// The message of a cycle.
+/// Creates the message of a cycle.
 fn report(tags: &TagMap, state: &RobotState, asked: [f64; AXES], late: u32, ipoc: u64) -> Rob {
     let joints = |axes: &[f64; AXES]| std::array::from_fn(|axis| axes[axis].to_degrees());
     let rail = if tags.rail { 1e3 } else { 0.0 };

@@ -1,4 +1,4 @@
-//! Our side of RSI: a robot whose controller gives the beat and takes corrections of its axes.
+//! Our side of RSI: a link to a robot whose controller is the clock master and takes corrections of its axes.
 
 use super::codec::{Message, Rob, Sen};
 use super::tags::{Correction, RsiGroup, TagMap};
@@ -12,17 +12,17 @@ use crate::wire::Port;
 use softdock_kernels::vector::{Pose, vec3};
 use std::net::IpAddr;
 
-/// Largest growth of IPOC from one message to the next. A session does not outlive 100 missing answers (1.2 s at
-/// 12 ms), so that more than 10 s in milliseconds is a damaged number.
+/// Greatest accepted growth of IPOC between two messages. A session does not outlive 100 missing answers (1.2 s at 12
+/// ms), so that more than 10 s is a damaged number.
 const MAX_IPOC_GROWTH: u64 = 10_000;
 
-/// Cycles of silence that no session is believed to outlive: one that was ended and begun again takes longer.
+/// Cycles of silence after which the session must be a new one: ending and restarting takes longer.
 const SESSION_CYCLES: u64 = 25;
 
-/// Largest tool position that is believed \[mm\].
+/// Greatest accepted tool position \[mm\].
 const MAX_POSE: f64 = 1e6;
 
-/// A robot behind RSI.
+/// A link to an RSI robot.
 pub struct RsiRobot<P> {
     port: P,
     tags: TagMap,
@@ -34,31 +34,31 @@ pub struct RsiRobot<P> {
     ended: bool,
 }
 
-/// What the session has seen and asked for.
+/// State of the session.
 #[derive(Clone, Copy)]
 struct Session {
-    /// Set-points at its begin, from which absolute corrections count: joints \[rad\], rail \[m\].
+    /// Set-points at its begin, the reference of absolute corrections: joints \[rad\], rail \[m\].
     start: [f64; AXES],
-    /// Set-points that our answers amount to.
-    asked: [f64; AXES],
-    /// A correction other than zero has been asked for.
+    /// Set-points that result from our answers.
+    target: [f64; AXES],
+    /// Whether a correction other than zero was sent.
     moved: bool,
     ipoc: u64,
-    /// An answer to that IPOC has been sent: no second one may follow.
+    /// Whether an answer to that IPOC was sent: no second one may follow.
     answered: bool,
     /// Arrival and `Delay` of the last report with that IPOC.
     received: Nanos,
     delay: u32,
-    /// Smallest growth of IPOC seen: one cycle in the controller's own count.
+    /// Smallest growth of IPOC: one cycle in the controller's own count.
     growth: u64,
 }
 
 impl Session {
-    /// A session that begins with a report.
+    /// Begins a session with a report.
     fn new(start: [f64; AXES], rob: &Rob, received: Nanos) -> Self {
         Self {
             start,
-            asked: start,
+            target: start,
             moved: false,
             ipoc: rob.ipoc,
             answered: false,
@@ -69,27 +69,27 @@ impl Session {
     }
 
     /// Whether a report repeats an unanswered IPOC in a later cycle of its controller, as the ROS-Industrial simulator
-    /// does until it is answered. A second copy of one report is none: `Delay` has not grown, and no cycle has passed.
+    /// does. A second copy of one report does not count: `Delay` has not grown, and no cycle has passed.
     fn is_repeated_by(&self, rob: &Rob, received: Nanos, cycle: Nanos) -> bool {
         let later = rob.delay > self.delay || rob.delay == self.delay && received >= self.received + cycle;
         rob.ipoc == self.ipoc && !self.answered && later
     }
 }
 
-/// A report that wants its answer.
+/// A report to be answered.
 #[derive(Clone, Copy)]
 struct Pending {
     ipoc: u64,
-    /// When its cycle is over.
+    /// End of its cycle.
     over: Nanos,
 }
 
 impl<P: Port> RsiRobot<P> {
-    /// A robot whose controller will send to `port`: only from the host `from`, if one is given, and in any case only
-    /// from the address that the first good message comes from.
+    /// Creates a link to a robot whose controller sends to `port`. Accepts only the host `from`, if given, and only the
+    /// address of the first valid message.
     ///
     /// # Errors
-    /// If the tag map cannot be.
+    /// If the tag map is invalid.
     pub fn new(port: P, tags: TagMap, from: Option<IpAddr>) -> Result<Self, LinkFault> {
         tags.check().map_err(LinkFault::Mismatch)?;
         Ok(Self {
@@ -104,19 +104,19 @@ impl<P: Port> RsiRobot<P> {
         })
     }
 
-    /// The tag map in force.
+    /// Returns the tag map.
     pub fn tags(&self) -> &TagMap {
         &self.tags
     }
 }
 
-/// What is read of a good report.
+/// Contents of a valid report.
 struct Report {
     state: RobotState,
     ipoc: u64,
 }
 
-/// Takes a datagram into the session, or counts why not.
+/// Takes a datagram into the session, or counts its rejection.
 fn take(
     tags: &TagMap,
     session: &mut Option<Session>,
@@ -130,7 +130,7 @@ fn take(
     };
     if !rob.is_complete(tags) {
         counters.malformed += 1;
-        // The first message tells whether the map is the context's; later ones can only be damaged.
+        // The first message shows whether the map matches the context; later mismatches are damaged messages.
         return if session.is_none() { Err(LinkFault::Mismatch("a mapped RSI element is not sent")) } else { Ok(None) };
     }
     let state = state(&rob, tags, now);
@@ -161,19 +161,19 @@ fn take(
     let cycles = growth / known.growth;
     counters.lost += cycles - 1;
     if cycles > SESSION_CYCLES {
-        // Perhaps a new session, whose corrections count from another start.
+        // Possibly a new session, with a new reference of its corrections.
         if known.moved {
             return Err(LinkFault::Stopped(
-                "its controller was silent for so long that its corrections may count anew",
+                "its controller was silent too long: its corrections may have a new reference",
             ));
         }
         let start = state.set_point();
-        (known.start, known.asked) = (start, start);
+        (known.start, known.target) = (start, start);
     }
     Ok(Some(Report { state, ipoc: rob.ipoc }))
 }
 
-/// Axes of a report: joints \[rad\], rail \[m\]; 0 without a rail, whatever the external axes say.
+/// Returns the axes of a report: joints \[rad\], rail \[m\]; 0 without a rail, whatever the external axes.
 fn axes(joints: [f64; 6], external: [f64; 6], rail: bool) -> [f64; AXES] {
     let mut axes = [0.0; AXES];
     for (axis, degrees) in axes.iter_mut().zip(joints) {
@@ -184,8 +184,8 @@ fn axes(joints: [f64; 6], external: [f64; 6], rail: bool) -> [f64; AXES] {
 }
 
 fn state(rob: &Rob, tags: &TagMap, now: Nanos) -> RobotState {
-    let asked = (tags.axes_asked.is_some()).then(|| {
-        // Without set-points of its own the rail is asked for where it is.
+    let target = (tags.axes_asked.is_some()).then(|| {
+        // Without reported set-points the rail holds its measured position.
         let external = if tags.external_asked.is_some() { RsiGroup::ExternalAsked } else { RsiGroup::External };
         axes(rob.group(RsiGroup::AxesAsked), rob.group(external), tags.rail)
     });
@@ -202,7 +202,7 @@ fn state(rob: &Rob, tags: &TagMap, now: Nanos) -> RobotState {
         stamp: Nanos(rob.ipoc as i64 * 1_000_000),
         received: now,
         position: axes(rob.group(RsiGroup::Axes), rob.group(RsiGroup::External), tags.rail),
-        asked,
+        reported_set_point: target,
         torque,
         pose,
         late_answers: rob.delay,
@@ -212,23 +212,23 @@ fn state(rob: &Rob, tags: &TagMap, now: Nanos) -> RobotState {
 
 fn believable(rob: &Rob, state: &RobotState) -> bool {
     plausible(&state.position)
-        && state.asked.is_none_or(|asked| plausible(&asked))
+        && state.reported_set_point.is_none_or(|target| plausible(&target))
         && state.torque.is_none_or(|torque| torque.iter().all(|value| value.abs() <= MAX_EFFORT))
         && rob.group(RsiGroup::Pose).iter().all(|value| value.abs() <= MAX_POSE)
 }
 
-/// The answer to an order, and the set-points that it amounts to.
+/// Returns the answer for a command, and the resulting set-points.
 fn answer(tags: &TagMap, session: &Session, order: &Order, ipoc: u64) -> Result<(Sen, [f64; AXES]), LinkFault> {
     let target = match order {
-        Order::Hold => session.asked,
+        Order::Hold => session.target,
         Order::Move(target) | Order::End(target) => *target,
     };
     if !plausible(&target) {
-        return Err(LinkFault::Unsendable("an axis is not a number or out of every range"));
+        return Err(LinkFault::Unsendable("an axis is not a number or outside every range"));
     }
     let from = match tags.mode {
         Correction::Absolute => session.start,
-        Correction::Relative => session.asked,
+        Correction::Relative => session.target,
     };
     let correction: [f64; AXES] = std::array::from_fn(|axis| target[axis] - from[axis]);
     if !tags.rail && correction[RAIL].abs() > 1e-9 {
@@ -244,15 +244,15 @@ fn answer(tags: &TagMap, session: &Session, order: &Order, ipoc: u64) -> Result<
         stop: matches!(order, Order::End(_)),
         ipoc,
     };
-    // What was written, not what was meant: increments below the last decimal must not be lost for ever.
-    let asked = std::array::from_fn(|axis| match axis {
+    // Counts the written values: increments below the last decimal must not be lost.
+    let target = std::array::from_fn(|axis| match axis {
         RAIL => from[RAIL] + written[RAIL] * 1e-3,
         _ => from[axis] + written[axis].to_radians(),
     });
-    Ok((sen, asked))
+    Ok((sen, target))
 }
 
-/// A value as six decimals tell it.
+/// Rounds a value to six decimals.
 fn as_written(value: f64) -> f64 {
     (value * 1e6).round() * 1e-6
 }
@@ -290,7 +290,7 @@ impl<P: Port> RobotLink for RsiRobot<P> {
         let Some(Report { mut state, ipoc }) = report else {
             return Ok(None);
         };
-        // Reports that a newer one has overtaken, and one that nobody answered, go without an answer.
+        // Overtaken reports, and one that was not answered, stay unanswered.
         counters.overtaken += taken - 1;
         counters.unsent += taken - 1 + u64::from(self.pending.is_some());
         self.pending = Some(Pending { ipoc, over: state.received + tags.cycle });
@@ -302,13 +302,13 @@ impl<P: Port> RobotLink for RsiRobot<P> {
         let (Some(mut session), Some(to)) = (self.session, self.peer.address()) else {
             return Ok(());
         };
-        // Nothing new to answer: a second answer to one report would be a stale one in the controller's socket.
+        // Nothing new to answer: a second answer to one report would be stale in the controller's socket.
         let Some(pending) = self.pending.take() else {
             self.counters.unsent += 1;
             return Ok(());
         };
-        // Once the end is asked for it stays asked for, in case that answer was lost.
-        let end = Order::End(session.asked);
+        // The end request is repeated, in case an answer was lost.
+        let end = Order::End(session.target);
         let order = if self.ended { &end } else { order };
         let (sen, target) = answer(&self.tags, &session, order, pending.ipoc)?;
         sen.write(&self.tags, &mut self.message).map_err(|_| LinkFault::Unsendable("the message is too long"))?;
@@ -317,7 +317,7 @@ impl<P: Port> RobotLink for RsiRobot<P> {
             return Ok(());
         }
         self.port.send(self.message.as_bytes(), to)?;
-        session.asked = target;
+        session.target = target;
         session.answered = true;
         session.moved |= matches!(order, Order::Move(_));
         self.session = Some(session);

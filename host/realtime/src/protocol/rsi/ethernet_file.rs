@@ -1,5 +1,4 @@
-//! The tag map of a controller, read from its `rsi_ethernet.xml`: tolerant to how the file is written, strict on what
-//! it says.
+//! Reads the tag map of a controller from its `rsi_ethernet.xml`: tolerant of formatting, strict on contents.
 
 mod parsing;
 
@@ -10,43 +9,43 @@ use std::fmt;
 
 /// Elements that the controller fills by itself are written `DEF_NAME` there, and sent as `NAME`.
 const INTERNAL_PREFIX: &str = "DEF_";
-/// Words by which an element of our own names is taken for torques of the axes.
+/// Words that identify a user-named element as torques of the axes.
 const TORQUE_WORDS: [&str; 4] = ["torque", "trq", "moment", "eff"];
 
-/// What the file does not say.
+/// Information that the file lacks.
 #[derive(Clone, Copy, Debug)]
 pub struct RsiExpectation<'a> {
     /// Whether corrections are offsets or increments (`RSI_ON`).
     pub mode: Correction,
     /// Cycle of the controller.
     pub cycle: Nanos,
-    /// The robot stands on a rail.
+    /// Whether the robot has a rail.
     pub rail: bool,
-    /// The element that carries the torques; `None`: the one of `SEND` whose name says so, if there is one.
+    /// Element of the torques; `None`: the one of `SEND` with a name for torques, if there is one.
     pub torque: Option<&'a str>,
 }
 
 /// A controller's `rsi_ethernet.xml`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct EthernetFile {
-    /// Which elements carry which signals.
+    /// Elements of the signals.
     pub tags: TagMap,
-    /// Host that the controller sends to, as it is written there.
+    /// Host that the controller sends to, as written.
     pub host: String,
     /// Port that it sends to.
     pub port: u16,
 }
 
-/// What is wrong with the file.
+/// An error in the file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FileError {
-    /// Line, from 1; 0 if it is not about one line.
+    /// Line, from 1; 0 if no single line is concerned.
     pub line: usize,
-    /// Element, as it is written there.
+    /// Element, as written.
     pub element: String,
-    /// What is wrong, with value and legal range.
+    /// Problem, with value and legal range.
     pub problem: String,
-    /// What to do.
+    /// Remedy.
     pub remedy: String,
 }
 
@@ -67,15 +66,15 @@ impl fmt::Display for FileError {
 
 impl std::error::Error for FileError {}
 
-/// Reads an `rsi_ethernet.xml`.
+/// Parses an `rsi_ethernet.xml`.
 ///
-/// Sent: `AIPos` and `Delay` must be there, and `EIPos` (or another element with `E1`) if there is a rail. `RIst`,
-/// `RSol`, `ASPos`, `ESPos` and torques are used where they are. Received: an element with `A1` to `A6`, and one with
-/// `E1` if there is a rail. Other elements are left alone.
+/// Sent: `AIPos` and `Delay` are required, and `EIPos` (or another element with `E1`) with a rail. `RIst`, `RSol`,
+/// `ASPos`, `ESPos` and torques are optional. Received: an element with `A1` to `A6`, and one with `E1` with a rail.
+/// Other elements are ignored.
 ///
 /// # Errors
-/// What is wrong, with line and element: no XML, a missing or doubled element, a type or channel that cannot be,
-/// `ONLYSEND`, Cartesian corrections, and corrections whose `HOLDON` would move the robot when an answer is lost.
+/// States line and element: no XML, a missing or duplicate element, an invalid type or channel, `ONLYSEND`, Cartesian
+/// corrections, and corrections whose `HOLDON` would move the robot when an answer is lost.
 pub fn read_rsi_ethernet(text: &str, expected: &RsiExpectation) -> Result<EthernetFile, FileError> {
     let document = parse(text)?;
     let (host, port, sen_type) = config(&document)?;
@@ -102,7 +101,7 @@ pub fn read_rsi_ethernet(text: &str, expected: &RsiExpectation) -> Result<Ethern
         axes,
         axes_asked: sent.group(RsiGroup::AxesAsked, "ASPos")?,
         rail: expected.rail,
-        // Without their measurement external axes are none of ours.
+        // External axes without a measurement are not used.
         external_correction: external_correction.filter(|_| external.is_some()),
         external_asked: sent.group(RsiGroup::ExternalAsked, "ESPos")?.filter(|_| external.is_some()),
         external,
@@ -116,11 +115,11 @@ pub fn read_rsi_ethernet(text: &str, expected: &RsiExpectation) -> Result<Ethern
         cycle: expected.cycle,
     };
     tags.check()
-        .map_err(|problem| FileError::new(0, "ROOT", problem, "compare the file with what --rsi-config writes"))?;
+        .map_err(|problem| FileError::new(0, "ROOT", problem, "compare the file with the output of --rsi-config"))?;
     Ok(EthernetFile { tags, host, port })
 }
 
-/// Host, port and `SENTYPE`.
+/// Reads host, port and `SENTYPE`.
 fn config(document: &Document) -> Result<(String, u16, String), FileError> {
     let value = |key: &str, example: &str| {
         let found = document.config.iter().find(|entry| entry.key == key && !entry.value.is_empty());
@@ -130,7 +129,7 @@ fn config(document: &Document) -> Result<(String, u16, String), FileError> {
     };
     let (sen_type, only_send) = (value("SENTYPE", "ImFree")?, value("ONLYSEND", "FALSE")?);
     if !is_xml_name(&sen_type.value) {
-        let problem = format!("`{}` is no name of at most 32 letters, digits, _ and -", sen_type.value);
+        let problem = format!("`{}` is not a name of at most 32 letters, digits, _ and -", sen_type.value);
         return Err(FileError::new(sen_type.line, "CONFIG/SENTYPE", problem, "write <SENTYPE>ImFree</SENTYPE>"));
     }
     if !only_send.value.eq_ignore_ascii_case("false") {
@@ -140,36 +139,36 @@ fn config(document: &Document) -> Result<(String, u16, String), FileError> {
     if let Some(protocol) = document.config.iter().find(|entry| entry.key == "PROTOCOL")
         && !protocol.value.eq_ignore_ascii_case("udp")
     {
-        let problem = format!("`{}`: only UDP is spoken here", protocol.value);
+        let problem = format!("`{}`: only UDP is supported", protocol.value);
         return Err(FileError::new(protocol.line, "CONFIG/PROTOCOL", problem, "write <PROTOCOL>UDP</PROTOCOL>"));
     }
     let (host, port) = (value("IP_NUMBER", "192.168.1.10")?, value("PORT", "59152")?);
     let number = port.value.parse().ok().filter(|number| *number > 0_u16).ok_or_else(|| {
-        let problem = format!("`{}` is no port of 1 to 65535", port.value);
+        let problem = format!("`{}` is not a port of 1 to 65535", port.value);
         FileError::new(port.line, "CONFIG/PORT", problem, "write <PORT>59152</PORT>")
     })?;
     Ok((host.value.clone(), number, sen_type.value.clone()))
 }
 
-/// The elements of one direction.
+/// Elements of one direction.
 struct Direction<'a> {
     name: &'static str,
     elements: &'a [Element],
 }
 
 impl<'a> Direction<'a> {
-    /// Refuses a tag or a channel that is there twice.
+    /// Refuses duplicate tags and channels.
     fn new(name: &'static str, elements: &'a [Element]) -> Result<Self, FileError> {
         for (place, element) in elements.iter().enumerate() {
             let before = &elements[..place];
             if let Some(other) = before.iter().find(|other| other.tag == element.tag) {
-                let problem = format!("this tag stands in line {} already", other.line);
-                return Err(element.error(problem, "remove one of both"));
+                let problem = format!("duplicate of the tag in line {}", other.line);
+                return Err(element.error(problem, "remove one of them"));
             }
             if let Some(other) =
                 before.iter().find(|other| element.channel.is_some() && other.channel == element.channel)
             {
-                let problem = format!("INDX is that of {} in line {}", other.tag, other.line);
+                let problem = format!("INDX is used by {} in line {}", other.tag, other.line);
                 return Err(element.error(problem, "number the channels of a direction from 1 to 64, each once"));
             }
         }
@@ -180,12 +179,12 @@ impl<'a> Direction<'a> {
         FileError::new(0, &format!("{}/ELEMENTS, TAG=\"{tag}\"", self.name), format!("is missing: {problem}"), remedy)
     }
 
-    /// The element that carries one attribute of a name.
+    /// Returns the element of one attribute of a name.
     fn attribute(&self, name: &str, attribute: &str) -> Option<&'a Element> {
         self.elements.iter().find(|element| element.name == name && element.attribute.as_deref() == Some(attribute))
     }
 
-    /// The element that the controller fills by itself.
+    /// Returns the element that the controller fills by itself.
     fn internal(&self, name: &str) -> Option<&'a Element> {
         self.elements.iter().find(|element| element.tag.strip_prefix(INTERNAL_PREFIX) == Some(name))
     }
@@ -195,7 +194,7 @@ impl<'a> Direction<'a> {
         attributes.iter().any(|attribute| self.attribute(name, attribute).is_some())
     }
 
-    /// Names that are wired channel by channel, in the order of the file.
+    /// Returns the names that are wired channel by channel, in the order of the file.
     fn wired(&self) -> Vec<&'a str> {
         let mut names: Vec<&str> = Vec::new();
         for element in self.elements.iter().filter(|element| element.attribute.is_some()) {
@@ -206,7 +205,7 @@ impl<'a> Direction<'a> {
         names
     }
 
-    /// The name of a group, if it is sent at all; every attribute that a report needs must be there.
+    /// Returns the name of a group, if it is sent; every attribute that a report needs must exist.
     fn group(&self, group: RsiGroup, name: &str) -> Result<Option<String>, FileError> {
         if let Some(internal) = self.internal(name) {
             internal.must_be(Kind::Double)?;
@@ -221,12 +220,12 @@ impl<'a> Direction<'a> {
         Ok(Some(name.to_owned()))
     }
 
-    /// Elements of all these attributes of a name, of type DOUBLE.
+    /// Returns the elements of all these attributes of a name, of type DOUBLE.
     fn all(&self, name: &str, attributes: &[&str]) -> Result<Vec<&'a Element>, FileError> {
         let one = |attribute: &&str| {
             let element = self.attribute(name, attribute).ok_or_else(|| {
                 let remedy = format!("add an element for each of {}", attributes.join(", "));
-                self.missing(&format!("{name}.{attribute}"), "the other attributes are there", &remedy)
+                self.missing(&format!("{name}.{attribute}"), "the other attributes exist", &remedy)
             })?;
             element.must_be(Kind::Double)?;
             Ok(element)
@@ -249,7 +248,7 @@ impl Element {
     }
 }
 
-/// Elements of the corrections of axes and rail.
+/// Returns the elements of the corrections of axes and rail.
 fn corrections(received: &Direction, mode: Correction) -> Result<(String, Option<String>), FileError> {
     let (axes, rail) = (RsiGroup::Axes.attributes(), "E1");
     let names = received.wired();
@@ -259,8 +258,8 @@ fn corrections(received: &Direction, mode: Correction) -> Result<(String, Option
             [] => Ok(None),
             [one] => Ok(Some(one.to_owned())),
             [first, second, ..] if !found.contains(&usual) => {
-                let problem = format!("{first} and {second} both have {}: which one is the correction?", attributes[0]);
-                Err(received.missing(usual, &problem, &format!("call the correction {usual}")))
+                let problem = format!("{first} and {second} both have {}: the correction is ambiguous", attributes[0]);
+                Err(received.missing(usual, &problem, &format!("name the correction {usual}")))
             }
             _ => Ok(Some(usual.to_owned())),
         }
@@ -268,7 +267,7 @@ fn corrections(received: &Direction, mode: Correction) -> Result<(String, Option
     let Some(correction) = with(&axes, "AK")? else {
         let cartesian = names.iter().find(|name| received.has_any(name, &RsiGroup::Pose.attributes()));
         let problem = match cartesian {
-            Some(name) => format!("{name} corrects the Cartesian pose, and axes are corrected here"),
+            Some(name) => format!("{name} corrects the Cartesian pose; softdock corrects axes"),
             None => "no element has A1 to A6: the axes cannot be corrected".to_owned(),
         };
         let remedy = "wire an AXISCORR object: <ELEMENT TAG=\"AK.A1\" TYPE=\"DOUBLE\" INDX=\"1\" HOLDON=\"1\"/>, A2 to A6 likewise";
@@ -286,13 +285,11 @@ fn corrections(received: &Direction, mode: Correction) -> Result<(String, Option
     Ok((correction, external))
 }
 
-/// Whether a lost answer leaves the robot where it is.
+/// Checks that a lost answer does not move the robot.
 fn holds(element: &Element, mode: Correction) -> Result<(), FileError> {
     let (wanted, why) = match mode {
-        Correction::Absolute => (true, "an offset that falls back to 0 with a lost answer is a jump to the start"),
-        Correction::Relative => {
-            (false, "an increment that is repeated with a lost answer is motion that nobody asked for")
-        }
+        Correction::Absolute => (true, "an offset that falls back to 0 at a lost answer jumps to the start"),
+        Correction::Relative => (false, "an increment that is repeated at a lost answer is uncommanded motion"),
     };
     let word = u8::from(wanted);
     let problem = match element.hold_on {
@@ -303,21 +300,21 @@ fn holds(element: &Element, mode: Correction) -> Result<(), FileError> {
     let mode = if wanted { "absolute" } else { "relative" };
     Err(element.error(
         problem,
-        format!("write HOLDON=\"{word}\" for mode={mode}, or give the mode of the controller's RSI_ON"),
+        format!("write HOLDON=\"{word}\" for mode={mode}, or state the mode of the controller's RSI_ON"),
     ))
 }
 
-/// The element of the late answers.
+/// Returns the element of the late answers.
 fn delay(sent: &Direction) -> Result<String, FileError> {
     let element = sent.internal("Delay").or_else(|| sent.attribute("Delay", "D")).ok_or_else(|| {
-        let problem = "answers that the controller has not taken would go unseen";
+        let problem = "untaken answers could not be detected";
         sent.missing("DEF_Delay", problem, "add <ELEMENT TAG=\"DEF_Delay\" TYPE=\"LONG\" INDX=\"INTERNAL\"/>")
     })?;
     element.must_be(Kind::Long)?;
     Ok("Delay".to_owned())
 }
 
-/// The element that carries torques of the axes.
+/// Returns the element of the torques of the axes.
 fn torque(sent: &Direction, named: Option<&str>) -> Result<Option<String>, FileError> {
     let axes = RsiGroup::Axes.attributes();
     let own = sent.wired().into_iter().filter(|name| !matches!(*name, "AIPos" | "ASPos"));
@@ -325,8 +322,8 @@ fn torque(sent: &Direction, named: Option<&str>) -> Result<Option<String>, FileE
     let name = match named {
         Some(name) if !candidates.contains(&name) => {
             let others = if candidates.is_empty() { "none".to_owned() } else { candidates.join(", ") };
-            let problem = format!("torques are to be read there; elements with A1 to A6 are: {others}");
-            return Err(sent.missing(&format!("{name}.A1"), &problem, "give torque=NAME one of these"));
+            let problem = format!("torques are configured there; elements with A1 to A6 are: {others}");
+            return Err(sent.missing(&format!("{name}.A1"), &problem, "set torque=NAME to one of these"));
         }
         Some(name) => name,
         None => {
@@ -335,8 +332,8 @@ fn torque(sent: &Direction, named: Option<&str>) -> Result<Option<String>, FileE
                 [] => return Ok(None),
                 [one] => one,
                 [first, second, ..] => {
-                    let problem = format!("{first} and {second} both look like torques");
-                    return Err(sent.missing(&format!("{first}.A1"), &problem, "say which one with torque=NAME"));
+                    let problem = format!("{first} and {second} both have names for torques");
+                    return Err(sent.missing(&format!("{first}.A1"), &problem, "select one with torque=NAME"));
                 }
             }
         }
@@ -345,7 +342,7 @@ fn torque(sent: &Direction, named: Option<&str>) -> Result<Option<String>, FileE
     Ok(Some(name.to_owned()))
 }
 
-/// The element of our request to end the session, if the context has it.
+/// Returns the element of our request to end the session, if the context has one.
 fn stop(received: &Direction) -> Result<Option<String>, FileError> {
     let Some(element) = received.elements.iter().find(|element| element.tag == "Stop") else {
         return Ok(None);

@@ -1,23 +1,23 @@
-//! A scan of small XML messages without allocation: attributes, texts and ends of elements in the order of the bytes.
+//! A scanner of small XML messages without allocation: attributes, texts and ends of elements in byte order.
 //!
-//! It takes what RSI's controllers and simulators write (blanks anywhere between attributes, either quote, declarations
-//! and comments) and refuses everything else: entities, unbalanced or deep elements, bytes after the root.
+//! Accepts the output of RSI controllers and simulators (blanks between attributes, either quote, declarations and
+//! comments) and refuses everything else: entities, unbalanced or deep elements, bytes after the root.
 
-/// Deepest nesting: the messages have two levels.
+/// Greatest nesting: the messages have two levels.
 const DEPTH: usize = 4;
 
-/// The bytes are no such message.
+/// The bytes are not a valid message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RsiFormatError;
 
-/// What the scan comes upon.
+/// Event of a scan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Event<'a> {
     /// An element begins; `depth` is 0 for the root.
     Begin { element: &'a [u8], depth: usize },
-    /// An attribute of the element that has begun last.
+    /// An attribute of the last begun element.
     Attribute { element: &'a [u8], name: &'a [u8], value: &'a [u8] },
-    /// Text inside an element that is not only blanks, without the blanks around it.
+    /// Trimmed text inside an element, if not empty.
     Text { element: &'a [u8], text: &'a [u8] },
 }
 
@@ -39,7 +39,7 @@ impl<'a> Scan<'a> {
         Self { rest: bytes, open: [&[]; DEPTH], depth: 0, in_tag: false, root_over: false }
     }
 
-    /// The next event; `None` once the root element has ended and nothing follows it.
+    /// Returns the next event; `None` once the root element has ended and nothing follows it.
     pub(super) fn next(&mut self) -> Result<Option<Event<'a>>, RsiFormatError> {
         loop {
             let found = if self.in_tag { self.attribute()? } else { self.content()? };
@@ -77,7 +77,7 @@ impl<'a> Scan<'a> {
         if name.is_empty() { Err(RsiFormatError) } else { Ok(name) }
     }
 
-    /// Inside a tag: its next attribute, or its end.
+    /// Scans inside a tag: its next attribute, or its end.
     fn attribute(&mut self) -> Result<Option<Event<'a>>, RsiFormatError> {
         self.skip_blanks();
         match self.rest.first() {
@@ -114,11 +114,11 @@ impl<'a> Scan<'a> {
         Ok(value)
     }
 
-    /// Between tags: text, the begin of an element or the end of the open one.
+    /// Scans between tags: text, begin or end of an element.
     fn content(&mut self) -> Result<Option<Event<'a>>, RsiFormatError> {
         let text = self.take_while(|byte| byte != b'<' && byte != b'&').trim_ascii();
         if !text.is_empty() {
-            // Some simulators send the whole buffer: zeros after the message are no content.
+            // Some simulators send the whole buffer: ignore zeros after the message.
             if self.root_over && text.iter().all(|&byte| byte == 0) {
                 return Ok(None);
             }
@@ -191,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn foreign_spellings_are_read() {
+    fn other_formatting_is_accepted() {
         for text in [
             "<Rob Type=\"KUKA\"><Delay D=\"0\"/><IPOC>1</IPOC></Rob>",
             "<?xml version=\"1.0\"?>\n<Rob TYPE='KUKA' >\n <Delay  D = \"0\" />\r\n<IPOC> 1 </IPOC >\n</Rob>\n",
@@ -202,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn anything_else_is_refused() {
+    fn invalid_xml_is_refused() {
         for text in [
             "",
             "Rob",

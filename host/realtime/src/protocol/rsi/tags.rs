@@ -1,9 +1,9 @@
-//! Which XML element carries which signal: what the controller's RSI context and `rsi_ethernet.xml` agree on.
+//! Maps signals to XML elements, as configured in the controller's RSI context and `rsi_ethernet.xml`.
 
 use super::CYCLE;
 use crate::time::Nanos;
 
-/// What the numbers of an answer mean.
+/// Meaning of the numbers of an answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Correction {
     /// Offsets from the set-points at `RSI_ON(#ABSOLUTE)`.
@@ -32,11 +32,11 @@ pub enum RsiGroup {
 }
 
 impl RsiGroup {
-    /// All groups, in the order in which they stand in a message.
+    /// All groups, in message order.
     pub const ALL: [Self; 7] =
         [Self::Pose, Self::PoseAsked, Self::Axes, Self::AxesAsked, Self::External, Self::ExternalAsked, Self::Torque];
 
-    /// Names of the attributes.
+    /// Returns the names of the attributes.
     pub fn attributes(self) -> [&'static str; 6] {
         match self {
             Self::Axes | Self::AxesAsked | Self::Torque => ["A1", "A2", "A3", "A4", "A5", "A6"],
@@ -46,17 +46,17 @@ impl RsiGroup {
     }
 }
 
-/// The elements of both messages. `None`: the controller does not send or take it.
+/// Elements of both messages. `None`: the controller does not send or take it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TagMap {
     /// `SENTYPE` of the context, `Type` of our answers.
     pub sen_type: String,
-    /// Measured axes; a driver cannot do without.
+    /// Measured axes; required.
     pub axes: String,
     /// Set-points of the axes.
     pub axes_asked: Option<String>,
-    /// The robot stands on a rail: E1 of the external axes. Without one, external axes that are mapped all the same are
-    /// zero both ways.
+    /// Whether the robot has a rail: E1 of the external axes. Without one, mapped external axes are zero in both
+    /// directions.
     pub rail: bool,
     /// External axes.
     pub external: Option<String>,
@@ -66,7 +66,7 @@ pub struct TagMap {
     pub pose: Option<String>,
     /// Set-points of that pose.
     pub pose_asked: Option<String>,
-    /// Torques, which the context maps to an element of its own.
+    /// Torques, mapped to a separate element by the context.
     pub torque: Option<String>,
     /// Late answers, attribute `D`.
     pub delay: Option<String>,
@@ -76,14 +76,14 @@ pub struct TagMap {
     pub external_correction: Option<String>,
     /// Our request to end the session.
     pub stop: Option<String>,
-    /// What our numbers mean.
+    /// Meaning of our numbers.
     pub mode: Correction,
     /// Cycle of the controller: 4 ms (`IPO_FAST`) or 12 ms (`IPO`).
     pub cycle: Nanos,
 }
 
 impl TagMap {
-    /// The tags of the open ROS driver for plain arms, with corrections as offsets at 4 ms.
+    /// Returns the tags of the open ROS driver for plain arms, with corrections as offsets at 4 ms.
     pub fn im_free() -> Self {
         let tag = |name: &str| Some(name.to_owned());
         Self {
@@ -105,22 +105,22 @@ impl TagMap {
         }
     }
 
-    /// The tags that KUKA's own client library reads by fixed offset (pose, axes, external axes, delay, IPOC), at 4 ms.
-    /// External axes have their place there with a rail or without.
+    /// Returns the tags that KUKA's own client library reads by fixed offset (pose, axes, external axes, delay, IPOC),
+    /// at 4 ms. External axes are present there with or without a rail.
     pub fn kroshu() -> Self {
         let (external, external_correction) = (Some("EIPos".to_owned()), Some("EK".to_owned()));
         let plain = Self { sen_type: "KROSHU".to_owned(), axes_asked: None, pose_asked: None, ..Self::im_free() };
         Self { external, external_correction, ..plain }
     }
 
-    /// The same with a rail: measured in `EIPos`, corrected by `EK`.
+    /// Adds a rail: measured in `EIPos`, corrected by `EK`.
     pub fn with_rail(self) -> Self {
         let external_asked = self.axes_asked.is_some().then(|| "ESPos".to_owned());
         let (external, external_correction) = (Some("EIPos".to_owned()), Some("EK".to_owned()));
         Self { rail: true, external, external_asked, external_correction, ..self }
     }
 
-    /// The element that carries a group.
+    /// Returns the element of a group.
     pub fn element(&self, group: RsiGroup) -> Option<&str> {
         match group {
             RsiGroup::Axes => Some(&self.axes),
@@ -133,19 +133,19 @@ impl TagMap {
         }
     }
 
-    /// Whether a controller could have such a map.
+    /// Checks the map.
     ///
     /// # Errors
-    /// What is wrong: a name that is no XML name, a rail that is not measured or not corrected, no whole cycle.
+    /// States the problem: an invalid XML name, a rail that is not measured or not corrected, a fractional cycle.
     pub fn check(&self) -> Result<(), &'static str> {
         let sent = RsiGroup::ALL.iter().filter_map(|&group| self.element(group));
         let others = [&self.delay, &self.external_correction, &self.stop];
         let mut names = sent.chain(others.into_iter().flatten().map(String::as_str)).chain([self.correction.as_str()]);
         if names.any(|name| !is_xml_name(name)) || !is_xml_name(&self.sen_type) {
-            return Err("a tag is no XML name");
+            return Err("a tag is not an XML name");
         }
         if self.external_correction.is_some() && self.external.is_none() {
-            return Err("external axes are corrected that are not measured");
+            return Err("corrected external axes are not measured");
         }
         if self.rail && self.external_correction.is_none() {
             return Err("the rail has no element for its correction");
@@ -156,21 +156,21 @@ impl TagMap {
         Ok(())
     }
 
-    /// The cycle in whole milliseconds, by which the IPOC of a real controller grows.
+    /// Returns the cycle in whole milliseconds, the growth of a real controller's IPOC.
     pub fn cycle_millis(&self) -> u64 {
         (self.cycle.0 / 1_000_000).max(1) as u64
     }
 
-    /// Whether a mapped element has all the attributes that a state needs: of the external axes only the rail.
-    pub(super) fn is_complete(&self, seen: &[u8; RsiGroup::ALL.len()]) -> bool {
+    /// Whether a mapped element has all attributes of a state: of the external axes only the rail.
+    pub(super) fn is_complete(&self, present: &[u8; RsiGroup::ALL.len()]) -> bool {
         RsiGroup::ALL.iter().all(|&group| {
             let needed = if matches!(group, RsiGroup::External | RsiGroup::ExternalAsked) { 0b1 } else { 0b11_1111 };
-            self.element(group).is_none() || seen[group as usize] & needed == needed
+            self.element(group).is_none() || present[group as usize] & needed == needed
         })
     }
 }
 
-/// Short, of letters, digits, `_` and `-`, and begun by a letter.
+/// Whether a name is short, consists of letters, digits, `_` and `-`, and begins with a letter.
 pub(super) fn is_xml_name(name: &str) -> bool {
     let letters = |byte: u8| byte.is_ascii_alphanumeric() || matches!(byte, b'_' | b'-');
     name.len() <= 32 && name.starts_with(|first: char| first.is_ascii_alphabetic()) && name.bytes().all(letters)

@@ -1,4 +1,4 @@
-//! Driver and emulated controller against one another, cycle by cycle.
+//! Driver against emulated controller, cycle by cycle.
 
 use super::controller::{Krc, KrcSettings};
 use super::driver::RsiRobot;
@@ -104,7 +104,7 @@ fn the_interpolator_moves_linearly() {
 }
 
 #[test]
-fn only_the_newest_is_answered_and_nothing_too_late() {
+fn only_newest_report_is_answered_and_only_in_time() {
     let mut bench = Bench::new(rail_tags(Correction::Absolute), |_| {});
     bench.cycle(&Order::Hold);
     bench.begin_cycle();
@@ -116,7 +116,7 @@ fn only_the_newest_is_answered_and_nothing_too_late() {
     assert_eq!(sent.len(), 1);
     assert!(String::from_utf8_lossy(&sent[0].1).contains("<IPOC>4208163646</IPOC>"));
     assert_eq!(bench.driver.counters().unsent, 2);
-    // A second answer to one report, and one whose cycle is over.
+    // A second answer to one report, and an answer after the end of its cycle.
     bench.driver.send(&Order::Hold).unwrap();
     bench.begin_cycle();
     bench.driver.receive(bench.now).unwrap().unwrap();
@@ -127,7 +127,7 @@ fn only_the_newest_is_answered_and_nothing_too_late() {
 }
 
 #[test]
-fn a_repeated_ipoc_is_answered_once_with_the_newest_order() {
+fn repeated_ipoc_is_answered_once_with_the_newest_command() {
     let mut bench = Bench::new(rail_tags(Correction::Absolute), |settings| settings.repeats = true);
     for _ in 0..3 {
         bench.cycle(&Order::Hold).unwrap();
@@ -149,18 +149,18 @@ fn a_repeated_ipoc_is_answered_once_with_the_newest_order() {
     bench.driver.send(&Order::Move(moved(2e-3))).unwrap();
     let sent = bench.port.sent();
     assert_eq!(sent.len(), 1, "one answer");
-    // One more copy, under way since before the answer.
+    // One more copy, in transit since before the answer.
     bench.begin_cycle();
     assert_eq!(bench.driver.receive(bench.now), Ok(None), "an answered IPOC is stale");
     bench.driver.send(&Order::Move(moved(3e-3))).unwrap();
     assert!(bench.port.sent().is_empty(), "never a second answer");
     bench.krc.take(bench.now, local(), &sent[0].1, &mut |_, _| {});
-    bench.cycle(&Order::Move(moved(1e-3))).expect("the link goes on");
+    bench.cycle(&Order::Move(moved(1e-3))).expect("the link works");
     assert_near(bench.krc.target(bench.now + bench.krc.cycle()), moved(1e-3), 2e-8);
 }
 
 #[test]
-fn a_second_copy_of_an_unanswered_report_is_no_new_cycle() {
+fn second_copy_of_a_report_is_not_a_new_cycle() {
     let mut bench = Bench::new(rail_tags(Correction::Absolute), |_| {});
     bench.cycle(&Order::Hold).unwrap();
     bench.begin_cycle();
@@ -189,7 +189,7 @@ fn a_second_copy_of_an_unanswered_report_is_no_new_cycle() {
 }
 
 #[test]
-fn losses_old_ones_and_strangers_are_counted() {
+fn lost_old_and_foreign_datagrams_are_counted() {
     let mut bench = Bench::new(TagMap::kroshu(), |_| {});
     bench.cycle(&Order::Hold);
     bench.cycle(&Order::Hold);
@@ -237,7 +237,7 @@ fn a_lost_answer_keeps_or_drops_the_correction_as_configured() {
             bench.begin_cycle();
             let expected = if hold_on { 0.01_f64.to_degrees() } else { 0.0 };
             assert!((bench.krc.correction()[0] - expected).abs() < 1e-6);
-            // Each of these answers the newest of two: every second one is missing, which adds up.
+            // Each answers the newest of two: every second one is missing, and the count adds up.
             bench.cycle(&Order::Move(moved(0.01)));
             assert_eq!(bench.krc.fault().is_some(), 2 * lost >= 3);
         }
@@ -263,7 +263,7 @@ fn corrections_are_clamped_and_monitored() {
 }
 
 #[test]
-fn the_end_is_asked_for_until_it_has_come() {
+fn end_request_is_repeated_until_confirmed() {
     let mut bench = Bench::new(rail_tags(Correction::Absolute), |_| {});
     bench.cycle(&Order::Hold);
     bench.begin_cycle();
@@ -278,7 +278,7 @@ fn the_end_is_asked_for_until_it_has_come() {
 }
 
 #[test]
-fn no_wild_order_leaves() {
+fn implausible_commands_are_not_sent() {
     for tags in [rail_tags(Correction::Absolute), TagMap::kroshu()] {
         let mut bench = Bench::new(tags, |_| {});
         for bad in [f64::NAN, f64::INFINITY, 1e3] {
@@ -314,7 +314,7 @@ fn external_axes_without_a_rail_are_zero_both_ways() {
     bench.driver.receive(bench.now).unwrap().unwrap();
     target[RAIL] = 0.1;
     assert_eq!(bench.driver.send(&Order::Move(target)), Err(LinkFault::Unsendable("this robot has no rail")));
-    // A client that corrects a rail all the same moves nothing.
+    // A client's rail correction moves nothing.
     let text = text.replace("E1=\"0.000000\"", "E1=\"50.000000\"").replace("<IPOC>4208163646<", "<IPOC>4208163650<");
     bench.krc.take(bench.now, local(), text.as_bytes(), &mut |_, _| {});
     bench.begin_cycle();
@@ -323,7 +323,7 @@ fn external_axes_without_a_rail_are_zero_both_ways() {
 }
 
 #[test]
-fn a_map_that_is_not_the_contexts_is_refused_at_once() {
+fn map_that_differs_from_the_context_is_refused() {
     let mut settings = KrcSettings::new(TagMap::kroshu(), local());
     settings.timeout = 1;
     let port = MemoryPort::default();

@@ -1,4 +1,4 @@
-//! A device of the segment: the memory of its EtherCAT controller and what writing to it does.
+//! An emulated device: the memory of its EtherCAT controller, and the effects of writing to it.
 
 use super::drive::DriveModel;
 use super::{mailbox, sii};
@@ -53,21 +53,21 @@ const CLOCKS: u16 = 0x010C;
 /// Delay of a frame from port to port \[ns\].
 const HOP: u32 = 300;
 
-/// One device with its drive.
+/// An emulated device with its drive.
 #[derive(Debug)]
 pub struct EmulatedDevice {
     memory: Vec<u8>,
     sii: Vec<u8>,
     /// The drive behind the controller.
     pub drive: DriveModel,
-    /// It lets process data pass unread for so many more frames: a fault to inject.
+    /// Number of further frames that it ignores: an injected fault.
     pub deaf_for: u32,
-    /// Outputs were last refreshed.
+    /// Time of the last output refresh.
     refreshed: Nanos,
 }
 
 impl EmulatedDevice {
-    /// A device in INIT at a place in the segment.
+    /// Creates a device in INIT at a position of the segment.
     pub fn new(drive: DriveModel, place: u32, last: bool) -> Self {
         let mut memory = vec![0; MEMORY];
         memory[0] = 0x11;
@@ -85,17 +85,17 @@ impl EmulatedDevice {
         Self { memory, sii: sii::image(&drive, place), drive, deaf_for: 0, refreshed: Nanos(0) }
     }
 
-    /// Its AL state with the error bit.
+    /// Returns its AL state with the error bit.
     pub fn state(&self) -> u8 {
         self.memory[register::AL_STATUS] & 0x1F
     }
 
-    /// It is in OP: its outputs count.
+    /// Whether it is in OP: its outputs are valid.
     pub fn operational(&self) -> bool {
         self.state() == al::OP
     }
 
-    /// Time after which outputs without a frame stop the drive; `None`: never.
+    /// Returns the time after which outputs without a frame stop the drive; `None`: never.
     pub fn watchdog(&self) -> Option<Nanos> {
         let word = |at: usize| i64::from(u16::from_le_bytes([self.memory[at], self.memory[at + 1]]));
         let (divider, steps) = (word(register::WATCHDOG_DIVIDER), word(register::WATCHDOG_STEPS));
@@ -103,14 +103,14 @@ impl EmulatedDevice {
         (watched && steps > 0).then_some(Nanos(40 * (divider + 2) * steps))
     }
 
-    /// Period of SYNC0, if it has been made to give it.
+    /// Returns the period of SYNC0, if it is active.
     pub fn sync0(&self) -> Option<Nanos> {
         let period: [u8; 4] = std::array::from_fn(|i| self.memory[register::SYNC0_PERIOD + i]);
         // Cyclic operation and SYNC0.
         (self.memory[register::SYNC_ACTIVE] & 3 == 3).then_some(Nanos(i64::from(u32::from_le_bytes(period))))
     }
 
-    /// A command that addresses devices; gives what it adds to the working counter.
+    /// Executes a command with a device address; returns the increment of the working counter.
     pub(super) fn physical(&mut self, now: Nanos, command: u8, place: u16, offset: u16, data: &mut [u8]) -> u16 {
         let station = u16::from_le_bytes([self.memory[register::STATION], self.memory[register::STATION + 1]]);
         let here = if matches!(command, 4..=6 | 14) { place == station } else { place == 0 };
@@ -121,7 +121,7 @@ impl EmulatedDevice {
             7 => (true, false),
             8 => (false, true),
             9 => (true, true),
-            // Read from the one addressed, written to all others.
+            // Read from the addressed one, written to all others.
             13 | 14 => (here, !here),
             _ => (false, false),
         };
@@ -161,7 +161,7 @@ impl EmulatedDevice {
             return self.drive.clocks && self.latch(now);
         }
         if covers(at, length, register::SYSTEM_TIME) {
-            // The clocks of this segment run alike: nothing to steer.
+            // The clocks of this segment run alike: no steering.
             return self.drive.clocks;
         }
         if at + length > MEMORY || (register::AL_STATUS..register::AL_STATUS + 8).contains(&at) {
@@ -176,7 +176,7 @@ impl EmulatedDevice {
         match at {
             register::AL_CONTROL => self.change_state(now),
             register::SII_CONTROL if length >= 4 => self.read_sii(),
-            // The status of a sync manager is not to be written.
+            // The status of a sync manager is read-only.
             _ if at == register::SYNC_MANAGER + 8 => self.memory[register::SYNC_MANAGER + 13] = status,
             mailbox::RECEIVE if self.state() & 0x0F != al::INIT => self.answer_mailbox(),
             _ => {}
@@ -210,7 +210,7 @@ impl EmulatedDevice {
                 self.memory[register::SII_DATA + i] = self.sii.get(2 * address + i).copied().unwrap_or(0xFF);
             }
         }
-        // Ready at once; bit 6: reads give 8 bytes.
+        // Ready at once; bit 6: reads return 8 bytes.
         self.memory[register::SII_CONTROL..][..2].copy_from_slice(&0x0040u16.to_le_bytes());
     }
 
@@ -224,13 +224,13 @@ impl EmulatedDevice {
         true
     }
 
-    /// Time of the distributed clock: the local one and the offset written by the controller.
+    /// Returns the time of the distributed clock: the local one plus the written offset.
     pub fn system_time(&self, now: Nanos) -> u64 {
         let offset: [u8; 8] = std::array::from_fn(|i| self.memory[register::TIME_OFFSET + i]);
         (now.0 as u64).wrapping_add(u64::from_le_bytes(offset))
     }
 
-    /// A state is entered from its neighbours only; downwards always.
+    /// A state is reached from its neighbours only; downwards always.
     fn change_state(&mut self, now: Nanos) {
         let asked = self.memory[register::AL_CONTROL];
         let (state, acknowledged) = (asked & 0x0F, asked & al::ERROR != 0);
@@ -265,7 +265,7 @@ impl EmulatedDevice {
         self.memory[register::AL_STATUS_CODE..][..2].copy_from_slice(&code.to_le_bytes());
     }
 
-    /// A command that addresses process data; gives what it adds to the working counter.
+    /// Executes a command with a process data address; returns the increment of the working counter.
     pub(super) fn logical(&mut self, now: Nanos, command: u8, address: u32, data: &mut [u8]) -> u16 {
         let state = self.state() & 0x0F;
         if self.deaf_for > 0 || state < al::SAFE_OP {
@@ -275,7 +275,7 @@ impl EmulatedDevice {
         self.watch(now);
         let (reads, writes) = (command != 11, command != 10);
         let mut count = 0;
-        // Inputs are those of before this frame's outputs.
+        // Inputs are those before this frame's outputs.
         let outputs = data.to_vec();
         for i in 0..FMMUS {
             let Some(fmmu) = Fmmu::read(&self.memory[register::FMMU + 16 * i..][..16]) else { continue };
@@ -298,7 +298,7 @@ impl EmulatedDevice {
         count
     }
 
-    /// Outputs that have not come for too long: the drive stops, the state falls back.
+    /// Expired watchdog: the drive stops, the state falls back.
     pub(super) fn watch(&mut self, now: Nanos) {
         let expired = self.watchdog().is_some_and(|limit| (now - self.refreshed).0 > limit.0);
         if self.operational() && expired {
@@ -314,7 +314,7 @@ fn covers(at: usize, length: usize, register: usize) -> bool {
     (at..at + length).contains(&register)
 }
 
-/// A window of the logical process data onto the memory of the device.
+/// Maps a window of the logical process data onto the memory of the device.
 #[derive(Clone, Copy, Debug)]
 struct Fmmu {
     logical: u32,
@@ -337,7 +337,7 @@ impl Fmmu {
         })
     }
 
-    /// Where the window lies in a datagram's data: place there, place in memory, length. Only whole windows count.
+    /// Returns the window in a datagram's data: offset there, offset in memory, length. Only whole windows count.
     fn overlap(&self, address: u32, length: usize) -> Option<(usize, usize, usize)> {
         let place = self.logical.checked_sub(address)? as usize;
         (place + self.length <= length).then_some((place, self.physical, self.length))

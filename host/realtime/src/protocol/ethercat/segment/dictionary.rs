@@ -1,4 +1,4 @@
-//! The object dictionary of a drive: its mapping and the parameters that can be written.
+//! The object dictionary of a drive: its mapping and its writable parameters.
 
 use super::super::cia402::mode;
 use super::super::mapping::{PdoEntry, object};
@@ -12,7 +12,7 @@ pub(super) mod abort {
     pub(crate) const LENGTH: u32 = 0x0607_0010;
 }
 
-/// PDOs in which the process data are mapped.
+/// PDOs of the process data.
 const OUTPUT_PDO: u16 = 0x1600;
 const INPUT_PDO: u16 = 0x1A00;
 
@@ -21,12 +21,12 @@ const INPUT_PDO: u16 = 0x1A00;
 pub(super) struct Dictionary {
     pub(super) outputs: Vec<PdoEntry>,
     pub(super) inputs: Vec<PdoEntry>,
-    /// What can be written: value and length in bytes.
+    /// Writable objects: value and length in bytes.
     parameters: BTreeMap<(u16, u8), (u32, u8)>,
 }
 
 impl Dictionary {
-    /// The usual objects: 6040, 607A, 60FF, 6060 out; 6041, 6064, 606C, 6061, 6077, 603F in.
+    /// Creates the usual objects: 6040, 607A, 60FF, 6060 out; 6041, 6064, 606C, 6061, 6077, 603F in.
     pub(super) fn new() -> Self {
         let entries = |words: &[u32]| words.iter().map(|word| PdoEntry::from_word(*word)).collect();
         let parameters = [
@@ -47,7 +47,7 @@ impl Dictionary {
         }
     }
 
-    /// Value and length in bytes of an object.
+    /// Returns value and length in bytes of an object.
     pub(super) fn read(&self, index: u16, subindex: u8) -> Option<(u32, u8)> {
         let list = |entries: &[PdoEntry]| match usize::from(subindex) {
             0 => Some((entries.len() as u32, 1)),
@@ -67,13 +67,13 @@ impl Dictionary {
         }
     }
 
-    /// The abort code for an object that could not be read.
+    /// Returns the abort code for an object that could not be read.
     pub(super) fn absent(&self, index: u16) -> u32 {
         let known = self.read(index, 0).is_some() || self.parameters.keys().any(|(other, _)| *other == index);
         if known { abort::NO_SUBINDEX } else { abort::NO_OBJECT }
     }
 
-    /// Writes an object, or gives the abort code.
+    /// Writes an object, or returns the abort code.
     pub(super) fn write(&mut self, index: u16, subindex: u8, value: u32, length: u8) -> Result<(), u32> {
         let Some((_, due)) = self.read(index, subindex) else { return Err(self.absent(index)) };
         if due != length {
@@ -86,14 +86,14 @@ impl Dictionary {
         Ok(())
     }
 
-    /// Gives a parameter another value than it comes with.
+    /// Sets the initial value of a parameter.
     pub(super) fn set(&mut self, index: u16, subindex: u8, value: u32) {
         if let Some((old, _)) = self.parameters.get_mut(&(index, subindex)) {
             *old = value;
         }
     }
 
-    /// Takes an object away.
+    /// Removes an object.
     pub(super) fn remove(&mut self, index: u16, subindex: u8) {
         self.parameters.remove(&(index, subindex));
     }

@@ -1,10 +1,10 @@
-//! The drive of a device: CiA 402 states, a first-order lag behind its target, a fault when a target jumps.
+//! The emulated drive of a device: CiA 402 states, a first-order lag behind its target, a fault when a target jumps.
 
 use super::super::cia402::mode;
 use super::super::mapping::{PdoEntry, object};
 use super::dictionary::Dictionary;
 
-/// Counts that an axis stands at and is told when its operation is enabled.
+/// Positions and targets at an enabling.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Enabling {
     /// Actual position \[counts\].
@@ -24,35 +24,35 @@ enum State {
     Fault,
 }
 
-/// Frames that a quick stop takes.
+/// Frames of a quick stop.
 const RAMP: u32 = 10;
 /// Error code of a following error.
 const FOLLOWING_ERROR: u16 = 0x8611;
-/// Frames per second for which velocities are told.
+/// Frames per second assumed for velocities.
 const RATE: f64 = 1000.0;
 
-/// A drive in cyclic synchronous position, stepped by the frames that pass.
+/// A drive in cyclic synchronous position, stepped by the passing frames.
 #[derive(Clone, Debug)]
 pub struct DriveModel {
-    /// Supports distributed clocks.
+    /// Whether it supports distributed clocks.
     pub clocks: bool,
     /// Divider and steps of the outputs' watchdog after power-up.
     pub watchdog: (u16, u16),
-    /// These cannot be written.
+    /// Whether these are read-only.
     pub watchdog_fixed: bool,
-    /// Frames trigger that watchdog (bit 6 of the sync manager's control byte).
+    /// Whether frames trigger that watchdog (bit 6 of the sync manager's control byte).
     pub watched: bool,
     /// Actual position \[counts\].
     pub position: f64,
-    /// Share of the distance to the target that it goes in a frame.
+    /// Share of the distance to the target that it moves per frame.
     pub share: f64,
-    /// A target farther from the last one than this is a fault \[counts\].
+    /// Distance between successive targets that causes a fault \[counts\].
     pub window: i32,
-    /// Without torque it sags so far in a frame \[counts\].
+    /// Sag per frame without torque \[counts\].
     pub sag: f64,
-    /// Its next mailbox message is an emergency that nobody has asked for.
+    /// Whether its next mailbox message is an unrequested emergency.
     pub emergency: bool,
-    /// Every enabling so far.
+    /// All enablings so far.
     pub enablings: Vec<Enabling>,
     /// Largest step between two targets while enabled \[counts\].
     pub largest_step: u32,
@@ -68,7 +68,7 @@ pub struct DriveModel {
 }
 
 impl DriveModel {
-    /// A drive that stands at a position \[counts\], off, with the usual mapping.
+    /// Creates a drive at a position \[counts\], off, with the usual mapping.
     pub fn new(position: i32) -> Self {
         Self {
             clocks: false,
@@ -95,46 +95,46 @@ impl DriveModel {
         }
     }
 
-    /// The same drive with other objects in its process data.
+    /// Replaces the objects in its process data.
     pub fn with_mapping(mut self, outputs: &[u32], inputs: &[u32]) -> Self {
         let entries = |words: &[u32]| words.iter().map(|word| PdoEntry::from_word(*word)).collect();
         (self.objects.outputs, self.objects.inputs) = (entries(outputs), entries(inputs));
         self
     }
 
-    /// The same drive without an object that others have.
+    /// Removes an object.
     pub fn without(mut self, index: u16, subindex: u8) -> Self {
         self.objects.remove(index, subindex);
         self
     }
 
-    /// The same drive with another value of a parameter.
+    /// Replaces the value of a parameter.
     pub fn with_object(mut self, index: u16, subindex: u8, value: u32) -> Self {
         self.objects.set(index, subindex, value);
         self
     }
 
-    /// An object as last written by SDO, if it has it.
+    /// Returns an object as last written by SDO, if it exists.
     pub fn object(&self, index: u16, subindex: u8) -> Option<u32> {
         self.objects.read(index, subindex).map(|(value, _)| value)
     }
 
-    /// Operation is enabled.
+    /// Whether operation is enabled.
     pub fn enabled(&self) -> bool {
         self.state == State::OperationEnabled
     }
 
-    /// It is in fault.
+    /// Whether it is in fault.
     pub fn faulted(&self) -> bool {
         self.state == State::Fault
     }
 
-    /// Goes into fault with an error code.
+    /// Enters the fault state with an error code.
     pub fn fault(&mut self, error: u16) {
         (self.state, self.error) = (State::Fault, error);
     }
 
-    /// Goes off because its outputs do not count any more.
+    /// Switches off because its outputs are not valid any more.
     pub(super) fn stop(&mut self) {
         if self.state != State::Fault {
             self.state = State::SwitchOnDisabled;
@@ -187,8 +187,8 @@ impl DriveModel {
             object::POSITION => self.counts() as u32,
             object::VELOCITY => (self.velocity.round() as i32) as u32,
             object::TORQUE => {
-                let pull = if self.enabled() { (f64::from(self.target) - self.position) * 0.1 } else { 0.0 };
-                u32::from(pull.clamp(-1000.0, 1000.0) as i16 as u16)
+                let torque = if self.enabled() { (f64::from(self.target) - self.position) * 0.1 } else { 0.0 };
+                u32::from(torque.clamp(-1000.0, 1000.0) as i16 as u16)
             }
             object::MODE_DISPLAY => u32::from(self.mode as u8),
             object::ERROR_CODE => u32::from(self.error),
@@ -213,7 +213,7 @@ impl DriveModel {
             }
     }
 
-    /// One frame of time: at most one change of state, then the motion.
+    /// Steps by one frame: at most one change of state, then the motion.
     pub(super) fn tick(&mut self) {
         let before = self.state;
         self.state = self.next_state();

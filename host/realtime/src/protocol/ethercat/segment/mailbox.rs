@@ -2,9 +2,9 @@
 
 use super::drive::DriveModel;
 
-/// Where requests are written \[byte\].
+/// Address of requests \[byte\].
 pub(super) const RECEIVE: usize = 0x1000;
-/// Where answers are read \[byte\].
+/// Address of answers \[byte\].
 pub(super) const SEND: usize = 0x1080;
 /// Length of either \[byte\].
 pub(super) const LENGTH: usize = 0x80;
@@ -15,7 +15,7 @@ const EMERGENCY: u8 = 1;
 const SDO_REQUEST: u8 = 2;
 const SDO_RESPONSE: u8 = 3;
 
-/// The answer to a request; `None` to what is none.
+/// Returns the answer to a request; `None` for other messages.
 pub(super) fn answer(request: &[u8; LENGTH], drive: &mut DriveModel) -> Option<[u8; LENGTH]> {
     let [_, _, _, _, _, kind, _, service, command, low, high, subindex, data @ ..] = *request;
     if kind & 0x0F != COE || service >> 4 != SDO_REQUEST {

@@ -1,7 +1,7 @@
-//! The other side: an EtherCAT segment of CiA 402 drives at the level of frames, for tests and demonstrations.
+//! Emulates an EtherCAT segment of CiA 402 drives at the level of frames, for tests and demonstrations.
 //!
-//! Frames as ETG.1000.4 has them: datagrams with commands that read and write the memory of one, some or all devices
-//! and add to a working counter. No clock and no socket of its own but in [`Responder`].
+//! Frames as in ETG.1000.4: datagrams with commands that read and write the memory of one, some or all devices and
+//! increment a working counter. Without clock and socket, except in [`Responder`].
 
 mod device;
 mod dictionary;
@@ -27,9 +27,9 @@ const WORKING_COUNTER: usize = 2;
 pub struct EthercatSegment {
     /// The devices.
     pub devices: Vec<EmulatedDevice>,
-    /// Frames with process data that have passed.
+    /// Number of passed frames with process data.
     pub exchanges: u64,
-    /// Not 0: one frame in eight comes back with a wrong byte; the state of the generator of random numbers.
+    /// State of the random number generator; if not 0, one frame in eight returns with a wrong byte.
     pub garble: u64,
 }
 
@@ -60,14 +60,14 @@ impl Datagram {
 }
 
 impl EthercatSegment {
-    /// A segment of drives.
+    /// Creates a segment of drives.
     pub fn new(drives: Vec<DriveModel>) -> Self {
         let last = drives.len().saturating_sub(1);
         let devices = drives.into_iter().enumerate().map(|(i, drive)| EmulatedDevice::new(drive, i as u32, i == last));
         Self { devices: devices.collect(), exchanges: 0, garble: 0 }
     }
 
-    /// Lets a frame pass through all devices; whether it comes back (a frame of another kind does not).
+    /// Passes a frame through all devices; returns whether the segment sends it back (a frame of another kind does not).
     pub fn pass(&mut self, now: Nanos, frame: &mut [u8]) -> bool {
         let Some((headers, mut rest)) = frame.split_at_mut_checked(HEADERS) else { return false };
         // Type 1 of the EtherCAT header: datagrams.
@@ -90,7 +90,7 @@ impl EthercatSegment {
         true
     }
 
-    /// Changes one byte behind the Ethernet header of some frames, where that is asked for.
+    /// Changes one byte after the Ethernet header of some frames, if configured.
     fn spoil(&mut self, frame: &mut [u8]) {
         if self.garble == 0 {
             return;
@@ -106,7 +106,7 @@ impl EthercatSegment {
         }
     }
 
-    /// Lets time pass without frames: outputs that are not refreshed stop their drives.
+    /// Advances the time without frames: outputs that are not refreshed stop their drives.
     pub fn idle(&mut self, now: Nanos) {
         self.devices.iter_mut().for_each(|device| device.watch(now));
     }
@@ -117,10 +117,10 @@ impl EthercatSegment {
         let mut count = u16::from_le_bytes([counter[0], counter[1]]);
         let mut place = datagram.device;
         let logical = matches!(datagram.command, 10..=12);
-        // Position addresses and broadcasts are counted up by every device passed.
+        // Each passed device increments position addresses and broadcasts.
         let counted = matches!(datagram.command, 1..=3 | 7..=9 | 13);
         self.exchanges += u64::from(logical);
-        // What a FRMW or ARMW reads from one device is written to those behind it; a BRD ors all answers.
+        // FRMW and ARMW write the data read from one device to those behind it; a BRD ors all answers.
         for device in &mut self.devices {
             count = count.wrapping_add(if logical {
                 let address = u32::from(datagram.offset) << 16 | u32::from(datagram.device);

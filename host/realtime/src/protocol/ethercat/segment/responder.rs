@@ -1,4 +1,5 @@
-//! A segment on an interface: a thread that takes frames, lets them pass, and sends them back.
+//! Serves a segment on an interface: a thread that receives frames, passes them through the segment, and sends them
+//! back.
 
 use super::super::raw::{MAX_FRAME, RawSocket};
 use super::EthercatSegment;
@@ -9,10 +10,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 
-/// Longest wait for a frame: so often it looks whether it is to end, and at the watchdogs.
+/// Longest wait for a frame: the period of checking the end flag and the watchdogs.
 const WAIT: Nanos = Nanos::from_millis(20);
 
-/// Answers on an interface until it is dropped.
+/// Serves an interface until dropped.
 #[derive(Debug)]
 pub struct Responder {
     segment: Arc<Mutex<EthercatSegment>>,
@@ -21,10 +22,10 @@ pub struct Responder {
 }
 
 impl Responder {
-    /// Begins to answer on an interface.
+    /// Starts serving an interface.
     ///
     /// # Errors
-    /// If there is no such interface or raw sockets are not permitted.
+    /// If the interface does not exist or raw sockets are not permitted.
     pub fn start(interface: &str, segment: EthercatSegment) -> io::Result<Self> {
         let socket = RawSocket::open(interface)?;
         let segment = Arc::new(Mutex::new(segment));
@@ -37,7 +38,7 @@ impl Responder {
         Ok(Self { segment, ending, thread: Some(thread) })
     }
 
-    /// The segment, to look at it or to inject a fault; frames wait meanwhile.
+    /// Returns the segment for inspection or fault injection; frames wait meanwhile.
     pub fn segment(&self) -> MutexGuard<'_, EthercatSegment> {
         self.segment.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -47,16 +48,16 @@ impl Drop for Responder {
     fn drop(&mut self) {
         self.ending.store(true, Ordering::Relaxed);
         if let Some(thread) = self.thread.take() {
-            // What it ended with is of no use any more.
+            // The thread's result is not needed.
             let _ = thread.join();
         }
     }
 }
 
-/// Hardware answers at once: the thread that stands for it goes before all others, where that is permitted.
+/// Hardware answers at once: raises this thread above all others, where permitted.
 fn raise_priority() {
     let parameters = libc::sched_param { sched_priority: 60 };
-    // SAFETY: the parameters outlive the call; 0 is the calling thread. A refusal leaves it as it is.
+    // SAFETY: the parameters outlive the call; 0 is the calling thread. A refusal changes nothing.
     unsafe { libc::sched_setscheduler(0, libc::SCHED_FIFO, &raw const parameters) };
 }
 

@@ -1,9 +1,9 @@
-//! The EEPROM of a device (ETG.2010): identity, mailbox, and the categories from which a controller configures it.
+//! The EEPROM of a device (ETG.2010): identity, mailbox, and the categories for its configuration.
 
 use super::drive::DriveModel;
 use super::mailbox;
 
-/// Where process data lie in the controller's memory \[byte\].
+/// Address of process data in the controller's memory \[byte\].
 const OUTPUTS: u16 = 0x1100;
 const INPUTS: u16 = 0x1180;
 /// Words before the first category.
@@ -16,11 +16,11 @@ const FMMU: u16 = 40;
 const SYNC_MANAGER: u16 = 41;
 const END: u16 = 0xFFFF;
 
-/// The EEPROM as bytes; `place` becomes its serial number.
+/// Returns the EEPROM as bytes; `place` becomes its serial number.
 pub(super) fn image(drive: &DriveModel, place: u32) -> Vec<u8> {
     let mut image = vec![0; 2 * FIRST_CATEGORY];
     let mut word = |at: usize, value: u16| image[2 * at..2 * at + 2].copy_from_slice(&value.to_le_bytes());
-    // A vendor number that the ETG has given to nobody; product 402.
+    // An unassigned vendor number; product 402.
     for (at, value) in [(0x08, 0xFFF0_0000u32), (0x0A, 402), (0x0C, 1), (0x0E, place)] {
         word(at, value as u16);
         word(at + 1, (value >> 16) as u16);

@@ -1,9 +1,9 @@
-//! Datagrams written out by hand, with the working counters that ETG.1000.4 gives, and frames of any bytes.
+//! Hand-written datagrams with the working counters of ETG.1000.4, and frames of arbitrary bytes.
 
 use super::*;
 use proptest::prelude::*;
 
-/// A frame of datagrams: command, address, data.
+/// Builds a frame of datagrams: command, address, data.
 fn frame(datagrams: &[(u8, u32, &[u8])]) -> Vec<u8> {
     let mut body = Vec::new();
     for (i, (command, address, data)) in datagrams.iter().enumerate() {
@@ -23,7 +23,7 @@ fn frame(datagrams: &[(u8, u32, &[u8])]) -> Vec<u8> {
     frame
 }
 
-/// Data and working counter of the only datagram.
+/// Returns data and working counter of the only datagram.
 fn send(segment: &mut EthercatSegment, command: u8, address: u32, data: &[u8]) -> (Vec<u8>, u16) {
     let mut frame = frame(&[(command, address, data)]);
     assert!(segment.pass(Nanos(1_000), &mut frame));
@@ -40,7 +40,7 @@ fn segment(count: usize) -> EthercatSegment {
     EthercatSegment::new((0..count).map(|i| DriveModel::new(100 * i as i32)).collect())
 }
 
-/// Stations 0x1000, 0x1001, .. by position.
+/// Sets stations 0x1000, 0x1001, .. by position.
 fn addressed(count: usize) -> EthercatSegment {
     let mut segment = segment(count);
     for i in 0..count as u16 {
@@ -51,7 +51,7 @@ fn addressed(count: usize) -> EthercatSegment {
 }
 
 #[test]
-fn a_broadcast_counts_all_devices_and_ors_what_they_say() {
+fn broadcast_counts_all_devices_and_ors_their_answers() {
     let mut segment = segment(7);
     assert_eq!(send(&mut segment, 7, physical(0, 0), &[0]), (vec![0x11], 7));
     // DL status: link at port 1 of all but the last.
@@ -59,7 +59,7 @@ fn a_broadcast_counts_all_devices_and_ors_what_they_say() {
 }
 
 #[test]
-fn one_device_is_reached_by_its_place_and_by_its_station() {
+fn device_is_addressed_by_position_and_station() {
     let mut segment = addressed(3);
     assert_eq!(send(&mut segment, 4, physical(0x1002, 0x0010), &[0, 0]), (vec![0x02, 0x10], 1));
     assert_eq!(send(&mut segment, 1, physical(0u16.wrapping_sub(1), 0x0010), &[0, 0]), (vec![0x01, 0x10], 1));
@@ -68,7 +68,7 @@ fn one_device_is_reached_by_its_place_and_by_its_station() {
 }
 
 #[test]
-fn states_change_one_at_a_time_and_refusals_say_why() {
+fn states_change_one_at_a_time_and_refusals_have_a_code() {
     let mut segment = addressed(1);
     let state = |segment: &mut EthercatSegment, asked: u8| {
         send(segment, 5, physical(0x1000, 0x0120), &[asked, 0]);
@@ -84,7 +84,7 @@ fn states_change_one_at_a_time_and_refusals_say_why() {
 }
 
 #[test]
-fn process_data_count_three_for_each_drive_and_none_for_a_deaf_one() {
+fn process_data_count_three_per_responding_drive() {
     let mut segment = addressed(2);
     for (i, station) in [0x1000u16, 0x1001].into_iter().enumerate() {
         for state in [2, 4] {
@@ -114,7 +114,7 @@ fn process_data_count_three_for_each_drive_and_none_for_a_deaf_one() {
 }
 
 #[test]
-fn outputs_stop_when_frames_stop_for_as_long_as_the_registers_say() {
+fn outputs_stop_when_the_watchdog_expires() {
     let mut segment = addressed(1);
     assert_eq!(send(&mut segment, 4, physical(0x1000, 0x0400), &[0; 2]).0, 2498u16.to_le_bytes());
     assert_eq!(send(&mut segment, 4, physical(0x1000, 0x0420), &[0; 2]).0, 1000u16.to_le_bytes());
@@ -133,7 +133,7 @@ fn outputs_stop_when_frames_stop_for_as_long_as_the_registers_say() {
     assert_eq!(segment.devices[0].state(), 0x14, "SAFE-OP with an error");
     assert_eq!(send(&mut segment, 4, physical(0x1000, 0x0440), &[0; 2]).0, [0, 0]);
     assert_eq!(send(&mut segment, 4, physical(0x1000, 0x0134), &[0; 2]).0, [0x1B, 0]);
-    // Steps of 0 switch it off, and some devices do not let it be set.
+    // Steps of 0 switch it off; some devices do not allow setting it.
     send(&mut segment, 5, physical(0x1000, 0x0420), &[0, 0]);
     assert_eq!(segment.devices[0].watchdog(), None);
     segment.devices[0].drive.watchdog_fixed = true;
@@ -142,7 +142,7 @@ fn outputs_stop_when_frames_stop_for_as_long_as_the_registers_say() {
 }
 
 #[test]
-fn the_reference_clock_is_read_from_one_and_written_to_the_others() {
+fn reference_clock_is_read_from_one_and_written_to_others() {
     let mut drive = DriveModel::new(0);
     drive.clocks = true;
     let mut segment = EthercatSegment::new(vec![drive; 3]);
@@ -154,7 +154,7 @@ fn the_reference_clock_is_read_from_one_and_written_to_the_others() {
 }
 
 #[test]
-fn an_object_is_read_by_its_mailbox() {
+fn object_is_read_through_the_mailbox() {
     let mut segment = addressed(1);
     send(&mut segment, 5, physical(0x1000, 0x0120), &[2, 0]);
     let mut request = [0; 0x80];

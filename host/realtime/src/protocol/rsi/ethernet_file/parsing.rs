@@ -23,7 +23,7 @@ impl Kind {
             .find(|kind| word.eq_ignore_ascii_case(kind.word()))
     }
 
-    /// As the file has it.
+    /// Returns the word in the file.
     pub(super) fn word(self) -> &'static str {
         match self {
             Self::Bool => "BOOL",
@@ -38,11 +38,11 @@ impl Kind {
 #[derive(Clone, Debug)]
 pub(super) struct Element {
     pub(super) line: usize,
-    /// `TAG` as it is written.
+    /// `TAG` as written.
     pub(super) tag: String,
-    /// XML element that carries it.
+    /// XML element.
     pub(super) name: String,
-    /// Attribute that carries it; without one the text of the element does, or all of its attributes.
+    /// Attribute; without one, the text of the element or all of its attributes.
     pub(super) attribute: Option<String>,
     pub(super) kind: Kind,
     /// `INDX`; `None`: the controller fills it by itself.
@@ -58,7 +58,7 @@ pub(super) struct Entry {
     pub(super) value: String,
 }
 
-/// What the file holds.
+/// Contents of the file.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Document {
     pub(super) config: Vec<Entry>,
@@ -66,7 +66,7 @@ pub(super) struct Document {
     pub(super) received: Vec<Element>,
 }
 
-/// Reads the file.
+/// Parses the file.
 pub(super) fn parse(text: &str) -> Result<Document, FileError> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let mut reader = Reader::from_str(text);
@@ -96,7 +96,7 @@ pub(super) fn parse(text: &str) -> Result<Document, FileError> {
             }
             Event::Eof => return Err(no_xml(line, format!("{} is not closed", open.join("/")))),
             Event::GeneralRef(_) | Event::CData(_) => {
-                return Err(no_xml(line, "entities and CDATA have no place in this file".to_owned()));
+                return Err(no_xml(line, "entities and CDATA are not supported".to_owned()));
             }
             Event::Comment(_) | Event::Decl(_) | Event::PI(_) | Event::DocType(_) => {}
         }
@@ -108,10 +108,10 @@ fn is_whole(document: &Document) -> bool {
 }
 
 fn no_xml(line: usize, problem: String) -> FileError {
-    FileError::new(line, "XML", problem, "give the rsi_ethernet.xml of the controller's RSI context")
+    FileError::new(line, "XML", problem, "provide the rsi_ethernet.xml of the controller's RSI context")
 }
 
-/// An element begins; gives its name in capitals.
+/// Begins an element; returns its name in capitals.
 fn begin(document: &mut Document, open: &[String], start: &BytesStart, line: usize) -> Result<String, FileError> {
     let name = String::from_utf8_lossy(start.name().as_ref()).to_ascii_uppercase();
     let path: Vec<&str> = open.iter().map(String::as_str).collect();
@@ -123,7 +123,7 @@ fn begin(document: &mut Document, open: &[String], start: &BytesStart, line: usi
         (["ROOT", "RECEIVE", "ELEMENTS"], "ELEMENT") => document.received.push(element(start, line)?),
         (_, "ELEMENT") => {
             let remedy = "put it between <ELEMENTS> and </ELEMENTS> of SEND or RECEIVE";
-            return Err(FileError::new(line, "ELEMENT", format!("stands in {}", path.join("/")), remedy));
+            return Err(FileError::new(line, "ELEMENT", format!("is in {}", path.join("/")), remedy));
         }
         _ => {}
     }
@@ -135,12 +135,12 @@ fn text_of(document: &mut Document, open: &[String], value: &str) {
         && (root.as_str(), config.as_str()) == ("ROOT", "CONFIG")
         && let Some(entry) = document.config.last_mut()
     {
-        // A comment may stand within the text.
+        // A comment may interrupt the text.
         entry.value.push_str(value);
     }
 }
 
-/// Reads the attributes of an `ELEMENT`; those that are not ours (`UNIT`) are left alone.
+/// Reads the attributes of an `ELEMENT`; ignores others (`UNIT`).
 fn element(start: &BytesStart, line: usize) -> Result<Element, FileError> {
     let mut values: [Option<String>; 4] = [const { None }; 4];
     for attribute in start.attributes() {
@@ -170,13 +170,13 @@ fn element(start: &BytesStart, line: usize) -> Result<Element, FileError> {
     let internal = tag.starts_with(super::INTERNAL_PREFIX);
     if internal && channel.is_some() {
         return Err(error(
-            "INDX is a channel, and DEF_ is filled by the controller".to_owned(),
+            "INDX is a channel, but the controller fills DEF_ elements".to_owned(),
             "write INDX=\"INTERNAL\"",
         ));
     }
     if !internal && channel.is_none() {
         return Err(error(
-            "INDX is INTERNAL, and only DEF_ is filled by the controller".to_owned(),
+            "INDX is INTERNAL, but the controller fills only DEF_ elements".to_owned(),
             "write its channel",
         ));
     }

@@ -1,4 +1,4 @@
-//! Files as controllers have them, files with one flaw each, and files of our own read back.
+//! Files of controllers, files with one error each, and files of our own parsed again.
 
 use super::super::context::rsi_ethernet;
 use super::*;
@@ -7,7 +7,7 @@ use proptest::prelude::*;
 const PLAIN: RsiExpectation =
     RsiExpectation { mode: Correction::Absolute, cycle: Nanos::from_millis(4), rail: false, torque: None };
 
-/// A file in another hand: header, comments, capitals and blanks as they come, further channels, a unit.
+/// A file with other formatting: header, comments, capitals, blanks, further channels, a unit.
 const THEIRS: &str = r#"<?xml version="1.0"?>
 <root>
   <config>
@@ -56,7 +56,7 @@ fn name(text: &str) -> Option<String> {
 }
 
 #[test]
-fn a_file_in_another_hand_gives_its_tag_map() {
+fn file_with_other_formatting_gives_its_tag_map() {
     let expected = RsiExpectation { rail: true, ..PLAIN };
     let file = read_rsi_ethernet(THEIRS, &expected).unwrap();
     let tags = TagMap {
@@ -70,13 +70,13 @@ fn a_file_in_another_hand_gives_its_tag_map() {
         ..TagMap::im_free()
     };
     assert_eq!(file, EthernetFile { tags: tags.clone(), host: "pc.of.the.cell".to_owned(), port: 49152 });
-    // The same file where the facility has no rail.
+    // The same file for a facility without a rail.
     let still = read_rsi_ethernet(THEIRS, &PLAIN).unwrap().tags;
     assert_eq!(still, TagMap { rail: false, ..tags });
 }
 
 #[test]
-fn every_flaw_is_named_with_its_line_and_element() {
+fn every_error_states_line_and_element() {
     let flaws = [
         (
             "HOLDON=\"1\"/>\n      <ELEMENT TAG=\"AK.A3\"",
@@ -93,7 +93,7 @@ fn every_flaw_is_named_with_its_line_and_element() {
         (
             "DEF_Delay",
             "DEF_Late",
-            "SEND/ELEMENTS, TAG=\"DEF_Delay\": is missing: answers that the controller has not taken",
+            "SEND/ELEMENTS, TAG=\"DEF_Delay\": is missing: untaken answers could not be detected",
         ),
         (
             "TYPE=\"LONG\" INDX=\"INTERNAL\"",
@@ -105,26 +105,26 @@ fn every_flaw_is_named_with_its_line_and_element() {
         ("INDX='INTERNAL'", "INDX='3'", "line 13, ELEMENT TAG=\"DEF_AIPos\": INDX is a channel"),
         ("INDX=\"16\"", "INDX=\"INTERNAL\"", "line 23, ELEMENT TAG=\"AITrq.A6\": INDX is INTERNAL"),
         ("INDX=\"16\"", "INDX=\"65\"", "line 23, ELEMENT TAG=\"AITrq.A6\": INDX is `65`"),
-        ("INDX=\"16\"", "INDX=\"15\"", "line 23, ELEMENT TAG=\"AITrq.A6\": INDX is that of AITrq.A5 in line 22"),
-        ("\"AITrq.A6\"", "\"AITrq.A5\"", "line 23, ELEMENT TAG=\"AITrq.A5\": this tag stands in line 22 already"),
+        ("INDX=\"16\"", "INDX=\"15\"", "line 23, ELEMENT TAG=\"AITrq.A6\": INDX is used by AITrq.A5 in line 22"),
+        ("\"AITrq.A6\"", "\"AITrq.A5\"", "line 23, ELEMENT TAG=\"AITrq.A5\": duplicate of the tag in line 22"),
         ("\"AITrq.A6\"", "\"AITrq.E1\"", "SEND/ELEMENTS, TAG=\"AITrq.A6\": is missing"),
         ("TAG=\"STAT.VER\" ", "", "line 24, ELEMENT: TAG is missing"),
         ("<OnlySend>false", "<OnlySend>TRUE", "line 8, CONFIG/ONLYSEND: `TRUE`"),
         ("    <OnlySend>false</OnlySend>\n", "", "CONFIG/ONLYSEND: is missing"),
         ("<Protocol>udp", "<Protocol>TCP", "line 6, CONFIG/PROTOCOL: `TCP`"),
-        (" 49152 ", "0", "line 5, CONFIG/PORT: `0` is no port"),
-        ("Cell<!-- of our own -->7", "Cell 7", "line 7, CONFIG/SENTYPE: `Cell 7` is no name"),
+        (" 49152 ", "0", "line 5, CONFIG/PORT: `0` is not a port"),
+        ("Cell<!-- of our own -->7", "Cell 7", "line 7, CONFIG/SENTYPE: `Cell 7` is not a name"),
         ("</receive>", "</send>", "line 40, XML: "),
         ("</root>\n", "", "XML: ROOT is not closed"),
         ("<root>", "<Rob>", "line 2, XML: the outermost element is ROB, must be ROOT"),
         ("<SENTYPE>", "<SENTYPE>&amp;", "line 7, XML: entities and CDATA"),
     ];
     let expected = RsiExpectation { rail: true, ..PLAIN };
-    for (good, bad, said) in flaws {
+    for (good, bad, message) in flaws {
         let text = THEIRS.replacen(good, bad, 1);
         assert_ne!(text, THEIRS, "{good}");
         let error = read_rsi_ethernet(&text, &expected).expect_err(bad);
-        assert!(error.to_string().contains(said), "{bad}: {error}, not {said}");
+        assert!(error.to_string().contains(message), "{bad}: {error}, not {message}");
         assert!(!error.remedy.is_empty());
     }
     assert!(read_rsi_ethernet("", &expected).is_err());
@@ -132,13 +132,13 @@ fn every_flaw_is_named_with_its_line_and_element() {
 }
 
 #[test]
-fn cartesian_corrections_are_refused_in_words() {
+fn cartesian_corrections_are_refused() {
     let pose = ["X", "Y", "Z", "A", "B", "C"];
     let text = (0..6)
         .fold(THEIRS.to_owned(), |text, i| text.replace(&format!("AK.A{}", i + 1), &format!("RKorr.{}", pose[i])));
     let error = read_rsi_ethernet(&text, &PLAIN).unwrap_err().to_string();
     assert!(error.contains("RKorr corrects the Cartesian pose"), "{error}");
-    // Beside corrections of the axes they stay at zero.
+    // Together with corrections of the axes they stay at zero.
     let both = THEIRS.replace("Out.01\" TYPE=\"BOOL\"", "RKorr.X\" TYPE=\"DOUBLE\"");
     assert!(read_rsi_ethernet(&both, &PLAIN).is_ok());
 }
@@ -152,7 +152,7 @@ fn increments_must_not_be_held() {
 }
 
 #[test]
-fn torques_are_named_where_their_name_does_not_say_so() {
+fn torques_need_an_option_if_their_name_is_not_known() {
     let text = THEIRS.replace("AITrq", "AILoad");
     assert_eq!(read_rsi_ethernet(&text, &PLAIN).unwrap().tags.torque, None);
     let named = |torque| read_rsi_ethernet(&text, &RsiExpectation { torque: Some(torque), ..PLAIN });
@@ -162,7 +162,7 @@ fn torques_are_named_where_their_name_does_not_say_so() {
     assert!(named("AIVel").unwrap_err().to_string().contains("AIVel.A2"));
 }
 
-/// Tag maps that a file can tell.
+/// Tag maps that a file can express.
 fn maps() -> impl Strategy<Value = TagMap> {
     let names = ("[A-Za-z][A-Za-z0-9_-]{0,20}", prop::sample::select(vec!["AK", "JointCmd", "Corr-1"]));
     let rail = (any::<bool>(), any::<bool>(), prop::sample::select(vec!["EK", "Carriage", "same"]));
@@ -195,7 +195,7 @@ fn maps() -> impl Strategy<Value = TagMap> {
 
 proptest! {
     #[test]
-    fn what_is_written_is_read_back(tags in maps(), port in 1..=u16::MAX) {
+    fn written_file_parses_to_its_tag_map(tags in maps(), port in 1..=u16::MAX) {
         prop_assume!(tags.check().is_ok());
         let text = rsi_ethernet(&tags, format!("192.168.1.10:{port}").parse().unwrap());
         let expected = RsiExpectation { mode: tags.mode, cycle: tags.cycle, rail: tags.rail, torque: None };

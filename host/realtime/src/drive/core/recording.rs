@@ -14,7 +14,7 @@ use softdock_kernels::vector::Pose;
 impl Core {
     /// Records the command of robot 0 or 1, with all fields on the wire.
     pub fn sent(&mut self, robot: usize, order: Option<&Order>) {
-        self.moved_records()[robot].tell(order);
+        self.moved_records()[robot].set_command(order);
     }
 
     /// Returns the parts as held by the robots, transformed from the laboratory to the contact frame with each robot's
@@ -22,12 +22,12 @@ impl Core {
     pub(super) fn note_parts(&mut self, parts: &Parts<f64>) {
         let simulated = self.computer.progress().parts;
         let shared = command(&self.task.plant, &simulated);
-        let carried = |held: &Motion<f64>, simulated: &Motion<f64>, shared: &Motion<f64>| Pose {
+        let in_contact_frame = |held: &Motion<f64>, simulated: &Motion<f64>, shared: &Motion<f64>| Pose {
             position: held.position + (simulated.position - shared.position),
             attitude: held.attitude,
         };
-        self.record.part_a = carried(&parts.a, &simulated.a, &shared.a);
-        self.record.part_b = carried(&parts.b, &simulated.b, &shared.b);
+        self.record.part_a = in_contact_frame(&parts.a, &simulated.a, &shared.a);
+        self.record.part_b = in_contact_frame(&parts.b, &simulated.b, &shared.b);
     }
 
     /// Returns the records of the robots that receive the commands: the emulated ones of a dry run, else the real ones.
@@ -66,8 +66,8 @@ impl Core {
         }
         let r = &mut self.record;
         if r.emulated_1.present() {
-            r.robot_1.tell(Some(&Order::Hold));
-            r.robot_2.tell(Some(&Order::Hold));
+            r.robot_1.set_command(Some(&Order::Hold));
+            r.robot_2.set_command(Some(&Order::Hold));
             (r.robot_1.computed, r.robot_2.computed) = (r.emulated_1.computed, r.emulated_2.computed);
         }
         r.phase = if self.ready { Phase::Ready } else { phase(&self.state, &progress) };
