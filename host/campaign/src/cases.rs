@@ -74,7 +74,7 @@ impl Cases {
     /// Reads a CSV file: a header, then one case a line.
     ///
     /// # Errors
-    /// Unknown and double columns, cells that are no finite number or out of the parameter's legal range, run numbers
+    /// Unknown and double columns, cells that are not finite or out of the parameter's legal range, run numbers
     /// that do not ascend, and a table without rows: each with its line, column, value, range and remedy.
     pub fn of_csv(path: &Path) -> Result<Self, Problems> {
         let source = Source::read(path, None)?;
@@ -109,7 +109,7 @@ impl Cases {
                 match text.parse::<f64>().ok().filter(|number| number.is_finite()) {
                     Some(number) => values[at].push(number),
                     None => {
-                        let problem = Problem::at(&source, span_of(text), "no finite number");
+                        let problem = Problem::at(&source, span_of(text), "not a finite number");
                         problems.push(problem.key(cells[at]).value(*text).remedy(raw.number_remedy(at, meanings[at])));
                         values[at].push(f64::NAN);
                     }
@@ -331,7 +331,7 @@ impl Raw {
                     Meaning::Input(field) => {
                         let (field, range) = (&table[*field], legal(&table[*field].name));
                         let words = range.words(field.unit);
-                        let message = if value.is_finite() { "is out of range" } else { "is no finite number" };
+                        let message = if value.is_finite() { "is out of range" } else { "is not a finite number" };
                         (!holds(&range, *value)).then_some((message, words))
                     }
                 };
@@ -460,7 +460,7 @@ mod tests {
             ("loop_dely\n0.004\n", 1, "loop_dely", "no parameter has this name"),
             ("loop_delay_ms\n4\n", 1, "loop_delay_ms", "no parameter has this name"),
             ("loop_delay,in_loop_delay_s\n1,1\n", 1, "in_loop_delay_s", "a second column"),
-            ("loop_delay\n0.004\nnan\n", 3, "loop_delay", "no finite number"),
+            ("loop_delay\n0.004\nnan\n", 3, "loop_delay", "not a finite number"),
             ("loop_delay\n0.004\n4\n", 3, "loop_delay", "4 s is out of range"),
             ("loop_delay,tilt_x\n0.004\n", 2, "", "1 cells in this row, 2 in the header"),
             ("run,loop_delay\n3,0.004\n3,0.004\n", 3, "run", "is no run number here"),

@@ -179,7 +179,7 @@ impl Parser<'_> {
                 self.at += end;
                 Ok(Expression::Number(number))
             }
-            _ => Err(self.fault(format!("`{}` is no finite number", &rest[..end]), "write a number as 1.5 or 2e3")),
+            _ => Err(self.fault(format!("`{}` is not a finite number", &rest[..end]), "write a number as 1.5 or 2e3")),
         }
     }
 
@@ -504,7 +504,7 @@ mod tests {
             ("target_mas", 0, "no parameter"),
             ("sqr(a)", 0, "no function"),
             ("min(a)", 0, "1 arguments"),
-            ("1..2", 0, "no finite number"),
+            ("1..2", 0, "not a finite number"),
             ("a $ b", 2, "`$`"),
             ("", 0, "ends too early"),
         ];

@@ -25,7 +25,7 @@ pub(crate) fn column(source: &Source, name: &str, unit: &str, si: &str, range: R
         let number: Option<f64> = text.parse().ok().filter(|number: &f64| number.is_finite());
         let Some(number) = number else {
             let remedy = "write a finite number in every row, or remove the row".to_owned();
-            return Err(refuse(line, text, format!("`{text}` is no finite number"), remedy));
+            return Err(refuse(line, text, format!("`{text}` is not a finite number"), remedy));
         };
         // The unit was checked by the caller, so that it can only be the number that fails here.
         let value = quantity(&format!("{number:e} {unit}"), si).unwrap_or(f64::NAN);
