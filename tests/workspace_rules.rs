@@ -356,52 +356,6 @@ fn map_in_architecture_names_existing_paths() {
     }
 }
 
-/// Names of public types that occur more than once in `kernels` and `host`. The list may only shrink.
-const REPEATED_TYPES: &[&str] = &[
-    "Axes",
-    "Axis",
-    "Block",
-    "Cell",
-    "Column",
-    "Command",
-    "Contact",
-    "Controller",
-    "Device",
-    "Dispersion",
-    "Drive",
-    "Error",
-    "Expected",
-    "Facility",
-    "Feedforward",
-    "Found",
-    "Group",
-    "Inputs",
-    "Kind",
-    "Lanes",
-    "Limits",
-    "Malformed",
-    "Mask",
-    "Outputs",
-    "Phase",
-    "Plant",
-    "Reading",
-    "Request",
-    "Result",
-    "Robot",
-    "Rule",
-    "Scene",
-    "Segment",
-    "Signal",
-    "Status",
-    "Subject",
-    "Task",
-    "Tile",
-    "Timing",
-    "Traces",
-    "Value",
-    "Workspace",
-];
-
 /// Returns the name of the public type that a line declares, if it declares one.
 fn public_type(line: &str) -> Option<String> {
     let rest = line.trim_start().strip_prefix("pub ")?;
@@ -423,29 +377,12 @@ fn public_type_names_are_unique() {
         }
     }
     assert!(places.len() > 500, "{} public types", places.len());
-    let repeated = places.iter().filter(|(_, files)| files.len() > 1);
-    let new: Vec<_> = repeated.clone().filter(|(name, _)| !REPEATED_TYPES.contains(&name.as_str())).collect();
-    assert!(new.is_empty(), "public types with the same name; choose a more specific one: {new:#?}");
-    let unique: Vec<_> =
-        REPEATED_TYPES.iter().filter(|known| !repeated.clone().any(|(name, _)| name == *known)).collect();
-    assert!(unique.is_empty(), "these type names are unique now; remove them from REPEATED_TYPES: {unique:?}");
+    let repeated: Vec<_> = places.iter().filter(|(_, files)| files.len() > 1).collect();
+    assert!(repeated.is_empty(), "public types with the same name; choose a more specific one: {repeated:#?}");
 }
 
 /// Words with a standard term of the field in their place: `docs` and comments use the term.
 const VAGUE_WORDS: [&str; 7] = ["told", "tell", "tells", "eased", "relieved", "embellished", "restless"];
-
-/// Number of lines with one of [`VAGUE_WORDS`], by folder; 0 for folders that are not listed. The numbers may only shrink.
-const VAGUE_LINES: &[(&str, usize)] = &[
-    ("host/bench/src", 1),
-    ("host/campaign/src", 16),
-    ("host/diagnosis/src", 1),
-    ("host/engine/src", 13),
-    ("host/farm/src", 1),
-    ("host/realtime/src", 139),
-    ("host/results/src", 1),
-    ("kernels/src", 251),
-    ("tests", 22),
-];
 
 /// Returns the Rust lines of a folder that contain one of [`VAGUE_WORDS`] as a whole word, with file and line number.
 fn vague_lines(folder: &str) -> Vec<String> {
@@ -476,16 +413,15 @@ fn texts_use_plain_words() {
     let hosts = hosts.map(|entry| format!("host/{}/src", entry.file_name().to_string_lossy()));
     let folders = hosts.chain(["kernels/src", "tests"].map(str::to_owned));
     let folders: Vec<String> = folders.filter(|folder| root().join(folder).is_dir()).collect();
-    assert!(VAGUE_LINES.iter().all(|(known, _)| folders.iter().any(|folder| folder == known)), "{folders:?}");
+    assert!(folders.len() > 10, "{folders:?}");
     for folder in folders {
-        let allowed = VAGUE_LINES.iter().find(|(known, _)| *known == folder).map_or(0, |(_, count)| *count);
-        let found = vague_lines(&folder);
+        // A stream of random numbers of a test has its name.
+        let found: Vec<String> =
+            vague_lines(&folder).into_iter().filter(|line| !line.contains("philox::uniform")).collect();
         assert!(
-            found.len() <= allowed,
-            "{folder} has {} lines with {VAGUE_WORDS:?}, allowed are {allowed}; use report, command, state, separate:\n{}",
-            found.len(),
+            found.is_empty(),
+            "lines with {VAGUE_WORDS:?}; use report, command, state, separate:\n{}",
             found.join("\n")
         );
-        assert!(found.len() == allowed, "{folder}: lower its number in VAGUE_LINES from {allowed} to {}", found.len());
     }
 }

@@ -73,7 +73,7 @@ fn estimated<R: Real>(m: &Plant, p: &Params<R>, a: Motion<R>, acceleration: Vec3
 
 /// A sample as the simulation gets it: less the estimate of the load, less the tare.
 #[inline(always)]
-pub fn relieved<R: Real>(m: &Plant, p: &Params<R>, s: &Load<R>, a: Motion<R>, sensor: &Sensor<R>) -> Sensor<R> {
+pub fn without_load<R: Real>(m: &Plant, p: &Params<R>, s: &Load<R>, a: Motion<R>, sensor: &Sensor<R>) -> Sensor<R> {
     let output = sensor.output - estimated(m, p, a, s.acceleration) - s.tare;
     Sensor { output, ..*sensor }
 }

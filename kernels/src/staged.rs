@@ -195,7 +195,7 @@ pub mod in_place {
         sensor::low_pass(m; p: &'a Params<L> | s: Sensor<L> | w: Wrench<L>);
         /// [`crate::sensor::sample`]
         sensor::sample(m; p: &'a Params<L> | s: Sensor<L> | time: L, noise: Wrench<L>);
-        /// [`crate::load::relieved`]
-        load::relieved(m; p: &'a Params<L>, load: &'a Load<L>, a: Motion<L> | sensor: Sensor<L> |);
+        /// [`crate::load::without_load`]
+        load::without_load(m; p: &'a Params<L>, load: &'a Load<L>, a: Motion<L> | sensor: Sensor<L> |);
     }
 }

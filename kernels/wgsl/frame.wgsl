@@ -156,7 +156,7 @@ fn tick_facility(simulated: Parts, now: f32, jitter: f32) {
         if (substep % SENSOR_SUBSTEPS == 0u) {
             sensed = sample(p, sensed, time, sensor_noise());
             if (LOADED) {
-                sensed = relieved(p, load, parts, sensed);
+                sensed = without_load(p, load, parts, sensed);
             }
         }
         admittance = step_admittance(admittance, parts, output_of(sensed));

@@ -428,11 +428,11 @@ fn bundle<const N: usize>(
             flat(&contact).into_iter().map(|value| value + size * draws.normal()).collect()
         }
         "Parts" => {
-            let told = command(plant, &s.simulated);
+            let reference = command(plant, &s.simulated);
             flat(&match argument {
-                "told" | "last" | "second" => told,
-                "first" => extrapolate(plant, &told, -1.0),
-                "third" => extrapolate(plant, &told, 1.0),
+                "reference" | "last" | "second" => reference,
+                "first" => extrapolate(plant, &reference, -1.0),
+                "third" => extrapolate(plant, &reference, 1.0),
                 "simulated" => s.simulated,
                 "past" => extrapolate(plant, &s.mounted, -5.0),
                 _ => s.mounted,

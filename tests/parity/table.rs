@@ -114,19 +114,19 @@ fn facility_rows() -> Vec<Row<Twin>> {
         progress(p: Params<f64>, share: f64) => robot::progress(m, &p, share), 0.0, COPIED;
         command(parts: Parts<f64>) => robot::command(m, &parts), 4.0, "a difference times a share";
         step_admittance(s: Admittance<f64>, parts: Parts<f64>, w: Wrench<f64>) => impedance::step_admittance(m, &s, parts.a, w), 20.0, "a row of six products";
-        displaced(told: Parts<f64>, s: Admittance<f64>) => impedance::displaced(m, &told, &s), 8.0, "a sum, a turn";
+        displaced(reference: Parts<f64>, s: Admittance<f64>) => impedance::displaced(m, &reference, &s), 8.0, "a sum, a turn";
         no_admittance() => impedance::no_admittance::<f64>(), 0.0, COPIED;
-        with_test(p: Params<f64>, told: Parts<f64>, time: f64) => test_motion::with_test(m, &p, &told, time), 60.0, "the sine of a phase of whole turns";
+        with_test(p: Params<f64>, reference: Parts<f64>, time: f64) => test_motion::with_test(m, &p, &reference, time), 60.0, "the sine of a phase of whole turns";
         track(p: Params<f64>, s: Tracking<f64>, parts: Parts<f64>, time: f64) => test_motion::track(m, &p, &s, &parts, time), 60.0, "as with_test; differences of places";
         no_tracking() => test_motion::no_tracking::<f64>(), 0.0, COPIED;
         followed(p: Params<f64>, s: Tracking<f64>) => test_motion::followed(m, &p, &s), 20.0, "an arc tangent, roots, quotients";
         extrapolate(parts: Parts<f64>, periods: f64) => robot::extrapolate(m, &parts, periods), 8.0, "a turn through a polynomial sine, normalised";
-        on_course(p: Params<f64>, told: Parts<f64>) => robot::on_course(m, &p, &told), 60.0, "as extrapolate, over a delay that is a difference";
+        on_course(p: Params<f64>, reference: Parts<f64>) => robot::on_course(m, &p, &reference), 60.0, "as extrapolate, over a delay that is a difference";
         new_session() => session::new_session::<f64>(), 0.0, COPIED;
-        axes_asked(told: Parts<f64>) => session::axes_asked(m, &told), 100.0, "rates of a posture far from singular, from its lengths and turns";
-        range_used(asked: Asked<f64>, told: Parts<f64>) => session::range_used(m, &asked, &told), 100.0, "angles of a posture";
+        axes_asked(reference: Parts<f64>) => session::axes_asked(m, &reference), 100.0, "rates of a posture far from singular, from its lengths and turns";
+        range_used(asked: Asked<f64>, reference: Parts<f64>) => session::range_used(m, &asked, &reference), 100.0, "angles of a posture";
         far_apart() => session::far_apart::<f64>(), 0.0, COPIED;
-        clearance(asked: Asked<f64>, told: Parts<f64>) => session::clearance(m, &asked, &told), 8.0, "points of the links at the end of six turns, metres from the base";
+        clearance(asked: Asked<f64>, reference: Parts<f64>) => session::clearance(m, &asked, &reference), 8.0, "points of the links at the end of six turns, metres from the base";
         supervise(s: Session<f64>, parts: Parts<f64>, commanded: Parts<f64>, asked: Asked<f64>, range_used: f64, apart: Clearance<f64>, w: Wrench<f64>, sensed: Sensor<f64>, port_energy: f64, cycle: f64) => {
             let (saturated, cut, clearance) = (sensed.saturated, 0.0, apart);
             let seen = Observed { parts, commanded, wrench: w, saturated, cut, asked, range_used, clearance, port_energy };
@@ -137,8 +137,8 @@ fn facility_rows() -> Vec<Row<Twin>> {
             => robot::interpolate(m, &first, &second, &third, place), 8.0, "a dozen products, normalised";
         by_differences(first: Parts<f64>, second: Parts<f64>, third: Parts<f64>)
             => robot::by_differences(m, &first, &second, &third), 20.0, "differences of neighbours over a tick, which are exact";
-        robots_at(told: Parts<f64>) => robot::robots_at(m, &told), 0.0, "a rail along an axis, a share of a half: exact";
-        robots(p: Params<f64>, s: Robots<f64>, told: Parts<f64>) => robot::robots(m, &p, &s, &told), 40.0, "an error of attitude and place, times the square of a bandwidth";
+        robots_at(reference: Parts<f64>) => robot::robots_at(m, &reference), 0.0, "a rail along an axis, a share of a half: exact";
+        robots(p: Params<f64>, s: Robots<f64>, reference: Parts<f64>) => robot::robots(m, &p, &s, &reference), 40.0, "an error of attitude and place, times the square of a bandwidth";
         push_fixture(p: Params<f64>, s: Robots<f64>, w: Wrench<f64>)
             => fixture::push_fixture(m, &p, &s, w), 20.0, "a step of a resonance";
         mounted_parts(p: Params<f64>, s: Robots<f64>) => robot::mounted_parts(m, &p, &s), 4.0, "two sums";
@@ -151,10 +151,10 @@ fn facility_rows() -> Vec<Row<Twin>> {
         feed_back(parts: Parts<f64>, w: Wrench<f64>) => sensor::feed_back(parts.a, w), 4.0, "a rotation";
         carry(s: Load<f64>, parts: Parts<f64>) => load::carry(m, &s, parts.a), 20.0, "a difference of velocities over a substep";
         felt(s: Load<f64>, parts: Parts<f64>, w: Wrench<f64>) => load::felt(m, &s, parts.a, w), 6.0, "a rotation and a lever";
-        relieved(p: Params<f64>, s: Load<f64>, parts: Parts<f64>, sensor: Sensor<f64>)
-            => load::relieved(m, &p, &s, parts.a, &sensor), 8.0, "a weight, estimated, off a measured one";
-        load_at(p: Params<f64>, told: Parts<f64>) => load::load_at(m, &p, told.a), 200.0, "a tare is a small difference of weights";
-        sensor_at(s: Load<f64>, told: Parts<f64>) => load::sensor_at(m, &s, told.a), 6.0, "a rotation and a lever";
+        without_load(p: Params<f64>, s: Load<f64>, parts: Parts<f64>, sensor: Sensor<f64>)
+            => load::without_load(m, &p, &s, parts.a, &sensor), 8.0, "a weight, estimated, off a measured one";
+        load_at(p: Params<f64>, reference: Parts<f64>) => load::load_at(m, &p, reference.a), 200.0, "a tare is a small difference of weights";
+        sensor_at(s: Load<f64>, reference: Parts<f64>) => load::sensor_at(m, &s, reference.a), 6.0, "a rotation and a lever";
         new_compensation() => compensator::new_compensation::<f64>(), 0.0, COPIED;
         prediction_horizon(p: Params<f64>) => compensator::prediction_horizon(m, &p), 4.0, "one sum";
         compensate(p: Params<f64>, s: Compensation<f64>, parts: Parts<f64>, past: Parts<f64>, w: Wrench<f64>)
@@ -167,10 +167,10 @@ fn facility_rows() -> Vec<Row<Twin>> {
 /// The stages of the joint level, in kernels of robots with joints alone.
 fn joint_rows() -> Vec<Row<Twin>> {
     stages! { m;
-        set_point1(p: Params<f64>, s: Drives<f64>, last: SetPoint<f64>, told: Parts<f64>)
-            => cell::set_point(&m.robots()[0], &p.robot1, &s, &last, &told.a), 200.0, "rates from the inverse of a Jacobian, accelerations from their difference over a tick";
-        set_point2(p: Params<f64>, s: Drives<f64>, last: SetPoint<f64>, told: Parts<f64>)
-            => cell::set_point(&m.robots()[1], &p.robot2, &s, &last, &told.b), 200.0, "as set_point1";
+        set_point1(p: Params<f64>, s: Drives<f64>, last: SetPoint<f64>, reference: Parts<f64>)
+            => cell::set_point(&m.robots()[0], &p.robot1, &s, &last, &reference.a), 200.0, "rates from the inverse of a Jacobian, accelerations from their difference over a tick";
+        set_point2(p: Params<f64>, s: Drives<f64>, last: SetPoint<f64>, reference: Parts<f64>)
+            => cell::set_point(&m.robots()[1], &p.robot2, &s, &last, &reference.b), 200.0, "as set_point1";
         drive1(p: Params<f64>, s: Drives<f64>, aim: SetPoint<f64>, load: Wrench<f64>)
             => cell::drive(&m.robots()[0], &p.robot1, &s, &aim, load), 200.0, "accelerations of a chain of six behind springs; the ripple's angle counts thousands of radians";
         drive2(p: Params<f64>, s: Drives<f64>, aim: SetPoint<f64>, load: Wrench<f64>)
@@ -178,8 +178,8 @@ fn joint_rows() -> Vec<Row<Twin>> {
         held_parts(s: Robots<f64>, drives1: Drives<f64>, drives2: Drives<f64>)
             => joint_level::held_parts(m, &s, &drives1, &drives2), 100.0, "velocities at the end of six levers";
         reaction(parts: Parts<f64>, w: Wrench<f64>) => joint_level::reaction(&parts, w), 6.0, "a cross product added to a moment";
-        drives_at1(p: Params<f64>, told: Parts<f64>) => cell::drives_at(&m.robots()[0], &p.robot1, &told.a), 2000.0, "the share of the gravity feedforward taken off the torque that carries the weight";
-        drives_at2(p: Params<f64>, told: Parts<f64>) => cell::drives_at(&m.robots()[1], &p.robot2, &told.b), 1000.0, "as drives_at1";
+        drives_at1(p: Params<f64>, reference: Parts<f64>) => cell::drives_at(&m.robots()[0], &p.robot1, &reference.a), 2000.0, "the share of the gravity feedforward taken off the torque that carries the weight";
+        drives_at2(p: Params<f64>, reference: Parts<f64>) => cell::drives_at(&m.robots()[1], &p.robot2, &reference.b), 1000.0, "as drives_at1";
         first_set_point(s: Drives<f64>) => cell::first_set_point(&s), 0.0, COPIED;
     }
 }

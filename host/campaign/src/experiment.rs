@@ -11,7 +11,7 @@ use std::path::Path;
 /// Format that this version reads and writes.
 const FORMAT: &str = "experiment/1";
 
-/// A run of a campaign that tells rivals apart.
+/// A run of a campaign that discriminates between rival hypotheses.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct ExperimentFile {

@@ -81,7 +81,7 @@ pub enum FileKind {
     Other,
 }
 
-/// Tells what a file is.
+/// Returns the kind of a file.
 ///
 /// # Errors
 /// If it cannot be read.

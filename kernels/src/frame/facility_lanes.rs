@@ -291,7 +291,7 @@ impl<L: Lane> FacilityLanes<L> {
                 let noise = self.sensor_noise();
                 in_place::sample(m, &self.params, &mut self.sensor, time, noise);
                 if loaded(m) {
-                    in_place::relieved(m, &self.params, &self.load, parts.a, &mut self.sensor);
+                    in_place::without_load(m, &self.params, &self.load, parts.a, &mut self.sensor);
                 }
             }
             in_place::step_admittance(m, &mut self.admittance, parts.a, self.sensor.output);

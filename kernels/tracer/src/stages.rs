@@ -159,8 +159,8 @@ fn facility_stages(m: &Plant) -> Vec<Function> {
             => sensor::sample(m, &p, &s, time, noise)),
         stage!(carry(s: Load<Sym>, parts: Parts<Sym>) -> Load<Sym> => load::carry(m, &s, parts.a)),
         stage!(felt(s: Load<Sym>, parts: Parts<Sym>, w: Wrench<Sym>) -> Wrench<Sym> => load::felt(m, &s, parts.a, w)),
-        stage!(relieved(p: Params<Sym>, s: Load<Sym>, parts: Parts<Sym>, sensor: Sensor<Sym>) -> Sensor<Sym>
-            => load::relieved(m, &p, &s, parts.a, &sensor)),
+        stage!(without_load(p: Params<Sym>, s: Load<Sym>, parts: Parts<Sym>, sensor: Sensor<Sym>) -> Sensor<Sym>
+            => load::without_load(m, &p, &s, parts.a, &sensor)),
         stage!(load_at(p: Params<Sym>, reference: Parts<Sym>) -> Load<Sym> => load::load_at(m, &p, reference.a)),
         stage!(sensor_at(s: Load<Sym>, reference: Parts<Sym>) -> Sensor<Sym> => load::sensor_at(m, &s, reference.a)),
         stage!(output_of(s: Sensor<Sym>) -> Wrench<Sym> => s.output),

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct EffectTable {
-    /// Its id, as `softdock diagnose` tells it (`J3_stribeck`).
+    /// Its id, as `softdock diagnose` reports it (`J3_stribeck`).
     pub(crate) id: At<String>,
     /// Axis of a robot, from 1; in the model of a robot only.
     pub(crate) joint: Option<At<u64>>,

@@ -599,7 +599,7 @@ impl Core {
             self.computer.tick(&measured);
         }
         self.record.tick += u64::from(self.ticks);
-        let told = self.computer.reference();
+        let reference = self.computer.reference();
         let progress = self.computer.progress();
         // The next cycle's check stops a diverged loop by its rule.
         if progress.unstable {
@@ -608,12 +608,12 @@ impl Core {
         if progress.over {
             if self.ticks > 1 {
                 self.state = State::Closing { port_energy };
-                return self.command(&told);
+                return self.command(&reference);
             }
             self.stop(Alarm::of(StopCause::Completed));
             return self.ramp_down();
         }
-        self.command(&told)
+        self.command(&reference)
     }
 
     /// Commands a motion of the parts.
