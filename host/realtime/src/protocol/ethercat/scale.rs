@@ -64,7 +64,7 @@ impl AxisScale {
         self.rated_torque.map(|rated| sign * rated * f64::from(per_mille) * 1e-3)
     }
 
-    /// Returns the greatest step in a cycle of this duration [s], in counts; at least one.
+    /// Returns the greatest step in a cycle of this duration \[s\], in counts; at least one.
     pub fn step(&self, cycle: f64) -> i32 {
         // One additional count: both ends of a step are rounded.
         ((self.velocity * cycle * self.counts_per_unit).ceil() + 1.0).clamp(1.0, f64::from(i32::MAX)) as i32
