@@ -105,7 +105,7 @@ fn wrong_arguments_are_rejected_and_write_nothing() {
         ),
         ("--robot1 rsi://127.0.0.1:1?spin=3", "has no option `spin`"),
         ("--robot1 modbus://127.0.0.1", "is not a robot protocol"),
-        ("--robot1 rsi://nowhere.invalid:59152", "is not a resolvable HOST:PORT"),
+        ("--robot1 rsi://nowhere.invalid:59152", "is not a resolvable"),
         ("--robot2 ethercat://nothing0", "does not state the drive counts"),
         ("--ft serial://ttyS0", "is not a sensor protocol"),
         ("--virtual --robot1 rsi://127.0.0.1:59152", "virtual time"),

@@ -54,8 +54,8 @@ pub fn single_owner(folder: &Path, robot: &str) -> Result<Lock, NotOwner> {
 fn take(folder: &Path, path: &Path) -> Result<Lock, TryLockError> {
     let open = || -> io::Result<File> {
         fs::create_dir_all(folder)?;
-        // Not truncated: the file may hold the owner's name. Not through a link: every user may write the folder, and the
-        // target of a link is not ours to write.
+        // Not truncated: the file may hold the owner's name. Not through a link: every user may write the folder, and
+        // the target of a link is not ours to write.
         let mut options = OpenOptions::new();
         options.read(true).write(true).create(true).truncate(false).custom_flags(libc::O_NOFOLLOW | libc::O_NONBLOCK);
         let file = options.open(path)?;

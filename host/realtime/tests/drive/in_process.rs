@@ -38,12 +38,12 @@ fn computer_and_facility_reproduce_the_farm_bit_for_bit() {
             let first = computer.reference();
             let mut past = [1.0, 2.0].map(|ago| extrapolate(&plant, &first, -ago));
             while !computer.progress().over && facility.watch().end_time == 0.0 {
-                let mut told = computer.reference();
+                let mut reference = computer.reference();
                 if commands_poses(&plant) {
-                    told = by_differences(&plant, &past[1], &past[0], &told);
+                    reference = by_differences(&plant, &past[1], &past[0], &reference);
                 }
-                past = [told, past[0]];
-                let measured = facility.tick(&told);
+                past = [reference, past[0]];
+                let measured = facility.tick(&reference);
                 computer.tick(&measured);
             }
             let watch = facility.watch();

@@ -96,9 +96,9 @@ const QUICK_STOP_CYCLES: u16 = 1000;
 
 /// Controls one drive through the sequence of states.
 ///
-/// Sends *enable operation* only after *shutdown* and *switch on* were sent and answered in this enabling: a drive left
-/// on by another controller is first switched off. A drive that has switched off by itself has tripped, and stays off until
-/// [`Sequence::rearm`].
+/// Sends *enable operation* only after *shutdown* and *switch on* were sent and answered in this enabling: a drive
+/// left on by another controller is first switched off. A drive that has switched off by itself has tripped, and stays
+/// off until [`Sequence::rearm`].
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Sequence {
     stage: Stage,

@@ -67,7 +67,7 @@ impl EthercatSegment {
         Self { devices: devices.collect(), exchanges: 0, garble: 0 }
     }
 
-    /// Passes a frame through all devices; returns whether the segment sends it back (a frame of another kind does not).
+    /// Passes a frame through all devices; returns whether the segment sends it back (it drops frames of another kind).
     pub fn pass(&mut self, now: Nanos, frame: &mut [u8]) -> bool {
         let Some((headers, mut rest)) = frame.split_at_mut_checked(HEADERS) else { return false };
         // Type 1 of the EtherCAT header: datagrams.
