@@ -49,7 +49,7 @@ pub enum Null {
     Value(f64),
     /// The loop's own dead time, which no parameter can undercut ([`Timing::own_delay`](crate::model::Timing::own_delay)).
     OwnDelay,
-    /// None: the parameter says how the effect goes (a speed, a frequency), and another one whether it is there.
+    /// None: the parameter shapes the effect (a speed, a frequency), and another one switches it on.
     Any,
 }
 
@@ -105,7 +105,7 @@ pub const DICTIONARY: Effect = Effect {
     block: EffectBlock::Robot,
     name: "a form outside the catalogue",
     parameters: &[],
-    source: "the data that it was found in",
+    source: "the data from which it was identified",
     group: "own",
 };
 
@@ -162,7 +162,7 @@ const fn limit(field: &'static str, scale: f64) -> EffectParameter {
     EffectParameter { field, null: Null::Value(crate::params::UNLIMITED), scale }
 }
 
-/// A parameter that says how its effect goes.
+/// A parameter that shapes its effect.
 const fn shape(field: &'static str, scale: f64) -> EffectParameter {
     EffectParameter { field, null: Null::Any, scale }
 }

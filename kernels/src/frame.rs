@@ -51,7 +51,7 @@ pub struct Batch {
 pub enum Loops {
     /// The ideal twin and the HIL loop.
     Both,
-    /// The ideal twin alone; what a run then says of the facility means nothing.
+    /// The ideal twin alone; metrics of the facility are invalid.
     SpaceOnly,
 }
 

@@ -4,7 +4,7 @@ use crate::effects::EffectId;
 use crate::model::CompensatorKind;
 use crate::plant::Plant;
 
-/// Whether a facility has a compensator at all: one that it has not leaves no number in a lane's state.
+/// Whether a facility has a compensator at all: without one a lane's state has no numbers of it.
 pub fn compensates(plant: &Plant) -> bool {
     plant.facility.compensator.kind != CompensatorKind::None
 }
@@ -15,7 +15,7 @@ pub fn bristle_names(points: usize) -> Vec<String> {
     of("space").chain(of("hil")).collect()
 }
 
-/// Whether a member of the state ever leaves zero: one that only an absent effect moves is not kept between slices.
+/// Whether a member of the state can differ from zero; a member of an absent effect is not kept between slices.
 pub fn moves(plant: &Plant, member: &str) -> bool {
     let by = |id: EffectId| plant.effects.has(id);
     match member {

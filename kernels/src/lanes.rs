@@ -6,11 +6,11 @@
 use crate::real::{ONES, Real};
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
-/// A stage call that waits to be carried out; its method is always inlined.
+/// A deferred stage call; its method is always inlined.
 pub trait Stage {
     /// What the stage gives.
     type Output;
-    /// Carries the stage out.
+    /// Runs the stage.
     fn run(self) -> Self::Output;
 }
 

@@ -1,4 +1,4 @@
-//! What the sensor carries: weight and inertia force of part A behind it, the facility's estimate of both, and the
+//! Load of the sensor: weight and inertia force of part A behind it, the facility's estimate of both, and the
 //! tare before a run.
 //!
 //! The load is a point mass at its centre. The sensor feels m (g - a) besides the contact; the facility subtracts its
@@ -19,7 +19,7 @@ bundle! {
     Load {
         velocity: Vec3<R>, "m/s", "velocity of the load's centre at the last substep, laboratory";
         acceleration: Vec3<R>, "m/s^2", "acceleration of the load's centre over the last substep, laboratory";
-        tare: Wrench<R>, "1", "what the tare has found, part A's axes";
+        tare: Wrench<R>, "1", "result of the tare, part A's axes";
     }
 }
 

@@ -32,7 +32,7 @@ macro_rules! with_joints {
 /// Everything that the kernels need to know of a scenario.
 ///
 /// The *contact frame* has its origin at the nominal contact point and is inertial; `+x` is the
-/// approach axis, from part A towards part B. All poses below are given in it unless said otherwise.
+/// approach axis, from part A towards part B. All poses below are given in it unless stated otherwise.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Model {
     /// Ticks, substeps and the end of a run.
@@ -344,7 +344,7 @@ pub struct Facility {
     pub session_robots: Option<SessionRobots>,
     /// What the facility does against its own delay.
     pub compensator: Compensator,
-    /// What the sensor carries besides the contact; none is a part without weight.
+    /// Load of the sensor besides the contact; none for a part without weight.
     pub load: Option<SensorLoad>,
     /// The sensor is tared at the start pose before each run.
     pub tared: bool,

@@ -36,7 +36,7 @@ bundle! {
 }
 
 impl<R: Real> Mode<R> {
-    /// Acceleration \[m/s^2\] with which spring and damper pull the mass back to its place.
+    /// Acceleration of spring and damper towards the rest position \[m/s^2\].
     #[inline(always)]
     pub(crate) fn pull(&self, s: &Sway<R>) -> Vec3<R> {
         let brake = s.velocity * (self.damping * self.frequency * R::lit(2.0));

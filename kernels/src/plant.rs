@@ -95,7 +95,7 @@ impl Plant {
         plant
     }
 
-    /// The same for runs that have none but these effects: what the others' parameters say is not looked at.
+    /// The same for runs that have none but these effects: the parameters of the others are ignored.
     ///
     /// At its null value an effect changes no bit, so that a run gives the same in f64 whether its terms are left out
     /// or not.
@@ -117,7 +117,7 @@ impl Plant {
     }
 }
 
-/// Puts both robots where their parts start; or says which of them cannot stand there, 1 or 2.
+/// Places both robots at the start of their parts, or returns the number of the one that cannot reach it.
 ///
 /// # Errors
 /// The number of the robot and why it cannot reach its start.

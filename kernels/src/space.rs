@@ -51,7 +51,7 @@ bundle! {
 }
 
 bundle! {
-    /// Force and moment; which point and axes is said where it is used.
+    /// Force and moment; its user states point and axes.
     Wrench {
         force: Vec3<R>, "N", "force";
         moment: Vec3<R>, "N m", "moment";

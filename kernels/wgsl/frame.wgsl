@@ -262,7 +262,7 @@ fn sensor_noise() -> Wrench {
     return Wrench(x.first, x.second, y.first, y.second, z.first, z.second);
 }
 
-// Starts a run: bodies at their dispersed poses, the lines full of the start carried backwards.
+// Starts a run: bodies at their dispersed poses, the lines hold the start, extrapolated backwards.
 fn reset() {
     space = start(p, space_masses(p));
     hil = start(p, hil_masses(p));

@@ -34,7 +34,7 @@ pub enum BlockKind {
     Toss,
 }
 
-/// Carries an expression out with the block of a kind.
+/// Evaluates an expression with the block of a kind.
 macro_rules! with_block {
     ($kind:expr, $block:ident => $body:expr) => {
         match $kind {
@@ -173,7 +173,7 @@ pub fn beyond(
     }))
 }
 
-/// Carries tiles of as many parameter sets as there are lanes out on all cores.
+/// Runs tiles of as many parameter sets as there are lanes on all cores.
 pub(crate) fn by_tiles<R: Sync>(
     recordings: &[R],
     sets: &[Vec<f64>],

@@ -1,8 +1,8 @@
-//! The instruction sets that lanes are carried out with, chosen at run time; all give the same bits.
+//! Instruction sets of the lanes, chosen at run time; all give the same bits.
 
 use softdock_kernels::lanes::Lane;
 
-/// How the lanes are carried out. All give the same bits.
+/// Instruction set of the lanes. All give the same bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum InstructionSet {
     /// Eight lanes in one register.
@@ -50,7 +50,7 @@ impl InstructionSet {
         }
     }
 
-    /// Carries work out with these lanes; the machine must have them.
+    /// Runs work with these lanes; the machine must have them.
     pub(crate) fn run<W: OnLanes>(self, work: W) -> W::Output {
         assert!(self.supported(), "{self:?} on a machine without");
         match self {

@@ -28,7 +28,7 @@ pub struct Job {
 }
 
 impl Job {
-    /// A job; `noisy` says whether any run has noise, jitter or drops.
+    /// Creates a job; `noisy` if any run has noise, jitter or drops.
     pub fn new(plant: Plant, seed: u64, noisy: bool) -> Self {
         Self { plant, batch: Batch { key: philox::key(seed), noisy, loops: Loops::Both } }
     }

@@ -1,4 +1,4 @@
-//! Stability map: how stiff a contact, or how long a delay, the loop bears, found by bisection through the loop itself.
+//! Stability map: greatest contact stiffness or delay at which the loop is stable, by bisection through the loop itself.
 //!
 //! One dimension, ideal robots, pure delay h: two free bodies of reduced mass m on a spring k and damper b. Everything
 //! depends on kappa = k h^2/m and r = b/(k h) alone. A compensator knows delay, stiffness and damping exactly.
@@ -40,9 +40,9 @@ const RATIOS: [f64; 16] = [0.02, 0.1, 0.3, 0.6, 0.9, 1.05, 1.1, 1.2, 1.35, 1.55,
 pub struct LimitCurve {
     /// Compensator.
     pub name: &'static str,
-    /// Linear limit, found through the loop.
+    /// Linear limit, computed through the loop.
     pub linear: Vec<(f64, f64)>,
-    /// Energy limit, found through the loop.
+    /// Energy limit, computed through the loop.
     pub energy: Vec<(f64, f64)>,
     /// Linear limit in closed form.
     pub closed: Vec<(f64, f64)>,
@@ -166,16 +166,16 @@ impl DelayedContact {
     }
 }
 
-/// The least kappa at which a loop leaves its limit, for fixed mass, delay and r = b/(k h); `None` if it is out of the
+/// The least kappa at which a loop exceeds its limit, for fixed mass, delay and r = b/(k h); `None` if it is out of the
 /// limit from the softest contact on, or within it to the stiffest.
 pub fn stiffest(limit: Limit, kind: CompensatorKind, mass: f64, delay: f64, ratio: f64) -> Option<f64> {
     first_beyond(SOFTEST, STIFFEST, |kappa| DelayedContact::of(mass, delay, kappa, ratio).is_within(limit, kind))
 }
 
-/// The least delay \[s\] at which a contact leaves its limit.
+/// The least delay \[s\] at which a contact exceeds its limit.
 pub fn longest_delay(limit: Limit, kind: CompensatorKind, contact: DelayedContact) -> Option<f64> {
     let of = |kappa: f64| (kappa * contact.mass / contact.stiffness).sqrt();
-    // A weakly damped contact leaves its limit long before the softest one of the map does.
+    // A weakly damped contact exceeds its limit long before the softest one of the map does.
     first_beyond(of(1e-2 * SOFTEST), of(STIFFEST), |delay| DelayedContact { delay, ..contact }.is_within(limit, kind))
 }
 

@@ -85,7 +85,7 @@ fn later_motion(p: Params<f64>) -> Params<f64> {
     Params { loop_delay: p.loop_delay + p.sensor_delay_error, sensor_delay_error: 0.0, ..p }
 }
 
-/// What a parameter set says, as it is simulated.
+/// Maps a parameter set to the simulated one.
 type Applied = fn(Params<f64>) -> Params<f64>;
 
 fn simulate_facility(

@@ -12,7 +12,7 @@ pub(crate) struct Channel {
     pub(crate) unit: &'static str,
     /// What it is, its frame, what is included, its filter.
     pub(crate) description: String,
-    /// Where it is found.
+    /// Its place.
     pub(crate) of: Box<dyn Fn(&Signals) -> f64>,
 }
 
@@ -29,7 +29,7 @@ const BOTH_LOOPS: [LoopRow; 3] = [
     LoopRow { name: "latch", includes: "latch, contact excluded", of: |s, side| s.latch[side] },
     LoopRow {
         name: "interface",
-        includes: "contact and latch: what a load cell at the interface carries",
+        includes: "contact and latch: the load of a cell at the interface",
         of: |s, side| s.contact[side] + s.latch[side],
     },
 ];

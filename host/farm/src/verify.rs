@@ -100,7 +100,7 @@ fn verify_folder(folder: &ResultsFolder) -> Result<Verification> {
         let kept: Option<Summary> = serde_json::from_str(&text).ok();
         let kept_hash = kept.as_ref().and_then(|kept| kept.results_hash.clone());
         if kept.is_none() {
-            found.differs.push("summary.json: it is no summary".to_owned());
+            found.differs.push("summary.json: not a summary".to_owned());
         } else if kept_hash != summary.results_hash {
             found.differs.push("results_hash: a file below the folder is not the one that was judged".to_owned());
         } else if is_own && text != summary_text(summary) {

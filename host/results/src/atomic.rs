@@ -1,4 +1,4 @@
-//! Files that appear whole or not at all, and what killed writers leave of them.
+//! Atomic writes, and removal of the temporary files of killed writers.
 
 use std::fs::{self, File, OpenOptions, Permissions};
 use std::io::Write;

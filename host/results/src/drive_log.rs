@@ -17,7 +17,7 @@ pub const DRIVE_SCHEMA: &str = "drive/1";
 /// Key of the table's version in the file metadata.
 const SCHEMA_KEY: &str = "softdock.schema";
 
-/// A signal of the cycle; `description` says the frame. Those named `cycle`, `tick` and `time_ns` name the row.
+/// A signal of the cycle; `description` states the frame. Those named `cycle`, `tick` and `time_ns` name the row.
 pub fn signal(name: &str, unit: &str, description: &str, values: Values) -> Column {
     let names_row = matches!(name, "cycle" | "tick" | "time_ns");
     Column {
@@ -59,7 +59,7 @@ pub fn write_drive_log(
     Ok(rows)
 }
 
-/// Opens a log for reading, part by part or whole, and gives what its metadata say.
+/// Opens a log for reading, part by part or whole, and returns its metadata.
 ///
 /// # Errors
 /// If the file cannot be read or is no log of a drive.
@@ -69,6 +69,6 @@ pub fn open_drive_log(path: &Path) -> Result<(TableReader, Metadata)> {
     match metadata.remove(SCHEMA_KEY) {
         Some(schema) if schema == DRIVE_SCHEMA => Ok((reader, metadata.into_iter().collect())),
         Some(schema) => Err(ResultsError::contract(path, format!("holds `{schema}`, not the log of a drive"))),
-        None => Err(ResultsError::contract(path, "says no `softdock.schema`: not written by softdock")),
+        None => Err(ResultsError::contract(path, "has no `softdock.schema`: not written by softdock")),
     }
 }

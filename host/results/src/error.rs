@@ -35,7 +35,7 @@ pub enum ResultsError {
         /// The library's answer.
         source: parquet::errors::ParquetError,
     },
-    /// The file is readable, but not what the contract says.
+    /// The file is readable, but violates the contract.
     #[error("{}: {what}", path.display())]
     Contract {
         /// The file.

@@ -1,4 +1,4 @@
-//! The Parquet contract: what a campaign leaves on disk, written and read; the only crate that names arrow and parquet.
+//! The Parquet contract: files of a campaign, written and read; the only crate that names arrow and parquet.
 //!
 //! Files hold no time stamp, host or path, so that equal work gives equal bytes; they appear whole or not at all,
 //! so that two writers of one shard and a killed writer are normal cases.

@@ -82,7 +82,7 @@ pub fn check_merge(
 }
 
 /// Merges folders into `out`: shards are linked, or copied where the file system cannot link. What is made from all runs
-/// together is made anew from the whole. Folders that [`check_merge`] refuses leave `out` untouched.
+/// together is made anew from the whole. Folders that [`check_merge`] refuses do not change `out`.
 pub fn merge(
     folders: &[PathBuf],
     out: &Path,

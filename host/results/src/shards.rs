@@ -1,4 +1,4 @@
-//! The shards of a campaign: written once, found complete, missing or foreign by their files alone.
+//! The shards of a campaign: written once; complete, missing or foreign by their files alone.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -75,7 +75,7 @@ impl Origin {
     }
 }
 
-/// What every file of a campaign says about where it comes from.
+/// Provenance that every file of a campaign states.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Provenance {
     /// What its rows have in common with all others of the campaign.
@@ -174,7 +174,7 @@ pub fn write_shard(
     Ok(hash)
 }
 
-/// A shard whose bytes, origin and run numbers say that it is whole and belongs to the campaign.
+/// A shard that is whole and of the campaign, by its bytes, origin and run numbers.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ShardFile {
     /// Where it lies.
@@ -302,7 +302,7 @@ fn belongs(path: &Path, plan: ShardPlan, origin: &Origin) -> std::result::Result
         return Err(format!("shard {shard} is beyond the campaign's {} runs", plan.runs));
     }
     if path.file_name() != shard_path(Path::new(""), shard).file_name() {
-        return Err(format!("the file says that it is shard {shard}"));
+        return Err(format!("the file states that it is shard {shard}"));
     }
     let file = ShardFile {
         path: path.to_owned(),

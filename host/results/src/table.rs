@@ -10,7 +10,7 @@ use arrow_array::{
 };
 use arrow_schema::{DataType, Field, Schema};
 
-/// What part a column plays; the file's metadata say it in the same words.
+/// Role of a column; the file's metadata use the same words.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ColumnKind {
     /// Names the row.

@@ -301,7 +301,7 @@ fn the_index_tells_complete_missing_and_foreign() {
     assert_eq!(scan(results.path()).missing(), [1]);
     fs::copy(shard_path(results.path(), 0), shard_path(results.path(), 1)).unwrap();
     let reasons: Vec<String> = scan(results.path()).foreign.into_iter().map(|(_, reason)| reason).collect();
-    assert_eq!(reasons, ["the file says that it is shard 0"]);
+    assert_eq!(reasons, ["the file states that it is shard 0"]);
 
     let other =
         ShardIndex::scan(results.path(), PLAN, &Origin { campaign_hash: "another campaign".to_owned(), ..origin() })

@@ -67,7 +67,7 @@ bundle! {
 }
 
 bundle! {
-    /// What a body's model says of a recording.
+    /// Output of a body's model for a recording.
     BodyOutput {
         acceleration: Vec3<R>, "m/s^2", "acceleration of the origin, body axes";
         rate: Vec3<R>, "rad/s", "rate of the body";

@@ -63,7 +63,7 @@ bundle! {
 }
 
 bundle! {
-    /// What a receiver's echo says.
+    /// Echo of a receiver.
     CommandOutput {
         received: R, "s", "command in force over the rate at which it was sent";
     }

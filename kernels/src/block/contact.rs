@@ -83,7 +83,7 @@ bundle! {
 }
 
 bundle! {
-    /// What a contact's model says of a recording.
+    /// Output of a contact's model for a recording.
     ContactOutput {
         force: Vec3<R>, "N", "force of the plate on the point as the sensor reads it";
     }

@@ -66,7 +66,7 @@ bundle! {
 }
 
 bundle! {
-    /// What is measured of a drive at an instant, with what the model says of it.
+    /// Measured and modelled signals of a drive at an instant.
     DriveMotion {
         angle: R, "rad", "motor angle";
         rate: R, "rad/s", "motor rate";
@@ -105,7 +105,7 @@ bundle! {
 }
 
 bundle! {
-    /// What a drive's model says of a recording.
+    /// Output of a drive's model for a recording.
     DriveOutput {
         lead: R, "rad", "motor angle beyond the measured one";
         twist: R, "rad", "link angle less motor angle";

@@ -1,7 +1,7 @@
 //! Blocks: parts of the loop on their own, fed with what was measured at their inputs, judged by what was measured at
 //! their outputs.
 //!
-//! A block that is fed with measured inputs shows its own errors and nobody else's: what it says of its outputs is
+//! A block that is fed with measured inputs shows its own errors and nobody else's: its output is
 //! compared with what was measured there.
 
 pub mod body;
@@ -65,7 +65,7 @@ pub trait Block: Sync {
         late: &Self::Late<R>,
     ) -> Self::State<R>;
 
-    /// What the block says of these signals.
+    /// Output of the block for these signals.
     fn output<R: Real>(
         &self,
         p: &Self::Params<R>,

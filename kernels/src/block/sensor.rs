@@ -92,7 +92,7 @@ bundle! {
 }
 
 bundle! {
-    /// What a sensor's model says of a recording.
+    /// Output of a sensor's model for a recording.
     SensorOutput {
         force: Vec3<R>, "N", "force behind the load compensation";
         moment: Vec3<R>, "N m", "moment behind the load compensation";

@@ -83,7 +83,7 @@ bundle! {
 }
 
 bundle! {
-    /// What the model says at the end of a segment.
+    /// Output of the model at the end of a segment.
     TossOutput {
         way: Vec3<R>, "m", "displacement of the centre since the segment's start, weighted";
         turn: Vec3<R>, "rad", "rotation vector since then in the body's axes at the begin, weighted";

@@ -121,7 +121,7 @@ pub(crate) fn add_along<R: Real>(line: &ContactLine<R>, w: Wrench<R>, force: R) 
     }
 }
 
-/// Takes the pull out of a wrench: a unilateral pair does not adhere, whatever a compensator computes.
+/// Removes tension from a wrench: a unilateral pair does not adhere, whatever a compensator computes.
 #[inline(always)]
 pub(crate) fn never_pulling<R: Real>(m: &Plant, line: &ContactLine<R>, w: Wrench<R>) -> Wrench<R> {
     if may_pull(m) {
@@ -132,7 +132,7 @@ pub(crate) fn never_pulling<R: Real>(m: &Plant, line: &ContactLine<R>, w: Wrench
     add_along(line, w, R::select(line.touching, pull, zero))
 }
 
-/// Whether the acting force may pull: in a bilateral contact, or because the facility lets it.
+/// Whether the acting force may be tensile: in a bilateral contact, or if the facility allows it.
 pub(crate) fn may_pull(m: &Plant) -> bool {
     m.contact.bilateral || m.facility.compensator.pulls
 }

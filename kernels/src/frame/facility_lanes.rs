@@ -180,7 +180,7 @@ impl<L: Lane> FacilityLanes<L> {
     fn reset(&mut self, m: &Plant, parts: &Parts<L>, fresh: L::Mask) {
         let zero = L::lit(0.0);
         let reference = command(m, parts);
-        // The line is full of the start carried backwards; the newest entry is one tick old.
+        // The line holds the start, extrapolated backwards; the newest entry is one tick old.
         for age in 1..self.slots {
             let past = extrapolate(m, &reference, L::lit(-(age as f64)));
             self.commands.put((self.step + self.slots - age) % self.slots, &past, fresh);

@@ -1,4 +1,4 @@
-//! Runs enter the lanes of a tile, and leave them when both their loops have ended.
+//! Entry of runs into the lanes of a tile, and their removal when both loops have ended.
 
 use super::facility_lanes::ResetFacility;
 use super::{Loops, Tile, one};

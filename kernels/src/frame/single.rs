@@ -131,7 +131,7 @@ fn boxed_computer<const N: usize>(
     // Real links have their own delays.
     let params = Params { sensor_delay: 0.0, sensor_delay_error: 0.0, ..*params };
     tile.load(plant, &[(0, run, params)]);
-    // Room for the newest before the oldest goes: a tick takes nothing from the heap.
+    // Capacity for one more entry: a tick allocates nothing.
     let mut late = VecDeque::with_capacity(reading.hold_back + 1);
     late.resize(reading.hold_back, Wrench::zero());
     Box::new(Computer { plant: Arc::clone(plant), tile, reading, late })

@@ -274,7 +274,7 @@ fn from_the_start<const N: usize>(tile: &mut Tile<f64, N>, m: &Plant) -> Vec<f64
     Vec::new()
 }
 
-/// What a finished run leaves, in the order of the kernel's outcome buffer.
+/// Numbers of a finished run, in the order of the kernel's outcome buffer.
 fn outcome<const N: usize>(tile: &mut Tile<f64, N>, m: &Plant) -> Vec<f64> {
     let (space, hil) = (&tile.space, &tile.hil);
     let seen = followed(m, &tile.facility.params, &tile.facility.tracking);

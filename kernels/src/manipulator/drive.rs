@@ -245,7 +245,7 @@ pub(crate) fn cable<R: Real>(axis: Axis, p: &DriveParams<R>, s: &JointState<R>) 
     (pull * R::lit(-axis.joint.friction.coulomb), state)
 }
 
-/// The joint after the substep, from the acceleration that the chain found.
+/// The joint after the substep, from the chain's acceleration.
 #[inline(always)]
 pub(crate) fn moved<R: Real>(dt: f64, s: &JointState<R>, geared: Geared<R>, acceleration: R) -> JointState<R> {
     let dt = R::lit(dt);

@@ -99,7 +99,7 @@ pub fn servo(feedforward: Feedforward) -> Servo {
     Servo { velocity: velocity.map(|gain| VelocityLoop { gain, integral_time: 0.05 }), feedforward }
 }
 
-/// The loops of the reference facility: gain 7 1/s with 45 % velocity feedforward; gears and friction as the model says.
+/// The loops of the reference facility: gain 7 1/s with 45 % velocity feedforward; gears and friction of the model.
 pub fn reference_drives() -> DriveParams<f64> {
     DriveParams {
         position_gain: 7.0,

@@ -63,7 +63,7 @@ impl Scene {
 /// Speed over `repeats` windows of about `seconds` each.
 ///
 /// # Errors
-/// What the engine says.
+/// Those of the engine.
 pub fn speed(
     engine: &mut dyn Engine,
     scene: Scene,
@@ -93,7 +93,7 @@ pub fn speed(
 /// measurements side by side.
 ///
 /// # Errors
-/// What the engine says.
+/// Those of the engine.
 pub fn cost_of_rules(engine: &mut dyn Engine, runs: u64, seconds: f64, pairs: usize) -> Result<f64, EngineError> {
     let rate = measure(engine, Scene::HilLoop, runs, 512)?;
     let ticks = (seconds * rate / runs as f64).clamp(512.0, 1.1e6) as u32;

@@ -72,7 +72,7 @@ impl GpuEngine {
         self.read(buffer, &landing, buffer.size() as usize)
     }
 
-    /// Compiles the entry points of a module; a fault in it is our own, and is said with the driver's words.
+    /// Compiles the entry points of a module; a fault in it is a bug, reported with the driver's text.
     ///
     /// Without a layout each pipeline has its own, made of the bindings that its entry point uses.
     pub(super) fn compile<const N: usize>(
@@ -102,7 +102,7 @@ impl GpuEngine {
         }
     }
 
-    /// Makes buffers and bindings; those that find no room are an error here, not a fault later.
+    /// Makes buffers and bindings; a lack of memory is an error here, not a fault later.
     pub(super) fn with_room<T>(&self, make: impl FnOnce() -> T) -> Result<T, EngineError> {
         let memory = self.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
         let limits = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
@@ -115,7 +115,7 @@ impl GpuEngine {
         }
     }
 
-    /// A storage buffer with contents; without room for it the buffer is invalid, and nothing panics.
+    /// A storage buffer with contents; without memory the buffer is invalid, and nothing panics.
     pub(super) fn filled(&self, label: &str, contents: &[u8]) -> wgpu::Buffer {
         let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC;
         let size = contents.len() as u64;

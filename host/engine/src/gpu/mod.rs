@@ -19,7 +19,7 @@ pub const MOST_LANES: usize = 1 << 15;
 const MOST_SOFTWARE_LANES: usize = 1024;
 /// A dispatch should take about this long \[s\]: far below every driver's watchdog, far above its overhead.
 const SLICE_SECONDS: f64 = 0.15;
-/// Ticks of a dispatch at most, whatever the clock said of the one before.
+/// Ticks of a dispatch at most, independent of the duration of the one before.
 const MOST_TICKS: u32 = 1 << 14;
 /// Share of the device's memory budget \[%\] beyond which buffers are refused: above it drivers swap or fail.
 const MEMORY_SHARE: u8 = 90;

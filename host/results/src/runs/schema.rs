@@ -13,7 +13,7 @@ use crate::table::{Column, ColumnKind, Table, Values};
 /// What the runs table must know of a requirement.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RequirementColumn {
-    /// The id as column names carry it (`arm_con_110`).
+    /// The id as in column names (`arm_con_110`).
     pub id: String,
     /// Unit of the margin.
     pub unit: String,
