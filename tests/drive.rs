@@ -58,7 +58,7 @@ fn rehearsal_log_replays_bit_identically() {
     assert!(printed.contains("equal, bit for bit") && printed.contains("dead time"), "{printed}");
     // A log is never written over.
     let printed = expect(2, &format!("{DRIVE} --virtual --no-band --out {}", out.display()));
-    assert!(printed.contains("holds the log of a drive already"), "{printed}");
+    assert!(printed.contains("already holds the log of a session"), "{printed}");
 }
 
 #[test]

@@ -360,7 +360,7 @@ fn given_cases_are_run_without_a_verdict() {
     let cases = [
         ("loop_delay\n0.004\n4\n", vec!["corners.csv:3", "loop_delay", "4 s is out of range", "at most 0.128 s"]),
         ("loop_dely\n0.004\n", vec!["corners.csv:1", "loop_dely", "did you mean `loop_delay`?"]),
-        ("loop_delay\nnan\n", vec!["corners.csv:2", "no finite number", "at most 0.128 s"]),
+        ("loop_delay\nnan\n", vec!["corners.csv:2", "not a finite number", "at most 0.128 s"]),
         ("loop_delay\n", vec!["no rows", "add at least one row"]),
         ("loop_delay\n0.005\n", vec!["cases.csv: the tables of cases differ"]),
     ];

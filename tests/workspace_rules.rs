@@ -14,7 +14,7 @@ fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// Returns the dependencies of each crate of the workspace, without those of tests.
+/// Returns the dependencies of each crate of the workspace, without those of tests and of optional features.
 fn dependencies() -> BTreeMap<String, BTreeSet<String>> {
     let mut command = Command::new(env!("CARGO"));
     command.args(["metadata", "--no-deps", "--format-version", "1", "--manifest-path"]).arg(root().join("Cargo.toml"));
@@ -23,7 +23,10 @@ fn dependencies() -> BTreeMap<String, BTreeSet<String>> {
     let name = |value: &Value| value["name"].as_str().expect("a name").to_owned();
     let of = |package: &Value| {
         let used = list(&package["dependencies"]);
-        (name(package), used.iter().filter(|used| used["kind"] != "dev").map(name).collect())
+        (
+            name(package),
+            used.iter().filter(|used| used["kind"] != "dev" && used["optional"] != true).map(name).collect(),
+        )
     };
     list(&metadata["packages"]).iter().map(of).collect()
 }

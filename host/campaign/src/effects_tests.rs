@@ -47,11 +47,11 @@ fn the_parameters_of_an_effect_are_dispersion_targets_and_switch_it_on() {
 }
 
 #[test]
-fn how_an_effect_goes_is_refused_where_it_is_not_there() {
+fn shape_of_an_absent_effect_is_refused() {
     for (effect, shape) in [("K5_stribeck", 1), ("K10_fixture", 1), ("P2_slosh", 2)] {
         let effect = EFFECTS.iter().find(|row| row.id == effect).expect("a row");
         let problems = dispersing("smoke.toml", effect.parameters[shape..][..1].iter());
         let problems = problems.map(|_| ()).expect_err("it shapes nothing");
-        assert!(problems.to_string().contains("an effect goes that no run has"), "{problems}");
+        assert!(problems.to_string().contains("it shapes an effect that no run has"), "{problems}");
     }
 }

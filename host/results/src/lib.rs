@@ -4,7 +4,6 @@
 //! so that two writers of one shard and a killed writer are normal cases.
 
 mod atomic;
-pub mod columns;
 pub mod drive_log;
 mod error;
 pub mod foreign;
@@ -23,6 +22,7 @@ pub use atomic::{ResultFile, is_temporary, remove_abandoned, write_file, write_f
 pub(crate) use error::Result;
 pub use error::ResultsError;
 pub use read::TableReader;
+pub use runs::columns;
 pub use seal::{FILE_HASH, hash_files};
 pub use table::{Column, ColumnKind, Table, Values};
 pub use write::{Metadata, content_hash, write_table};

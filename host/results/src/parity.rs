@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use crate::Result;
-use crate::columns::ColumnHandle;
 use crate::read::TableReader;
+use crate::runs::columns::ColumnHandle;
 use crate::runs::{RunRow, RunsSchema};
 use crate::shards::{Provenance, ShardIndex};
 use crate::table::{Column, ColumnKind, Table};

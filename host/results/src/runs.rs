@@ -2,6 +2,7 @@
 
 use softdock_kernels::metrics::Metrics;
 
+pub mod columns;
 mod schema;
 
 pub use schema::{CustomMetricColumn, RequirementColumn, RunsSchema, input_fields, metric_fields};

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use crate::columns::RUN;
 use crate::read::{Batches, TableReader};
+use crate::runs::columns::RUN;
 use crate::runs::{RunRow, RunsSchema};
 use crate::table::Table;
 use crate::write::{Metadata, content_hash, write_table};

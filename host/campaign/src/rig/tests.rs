@@ -73,7 +73,7 @@ fn what_is_wrong_is_said_with_its_range_and_a_remedy() {
         |message: &str, words: &[&str]| words.iter().for_each(|word| assert!(message.contains(word), "{message}"));
     has(&refused(&sensor("")), &["needs the table [sensor]"]);
     has(&refused(&sensor("[sensor]\ntool_mass = \"-5 kg\"\n")), &["-5 kg is out of range", "at least 0 kg"]);
-    has(&refused(&sensor("[sensor]\nrange_moment = \"9 N m\"\n")), &["without `range_force`", "data sheet"]);
+    has(&refused(&sensor("[sensor]\nrange_moment = \"9 N m\"\n")), &["needs `range_force`", "data sheet"]);
     has(&refused(&sensor("[sensor]\n[tolerance]\nstiffness = \"2 %\"\n")), &["has no tolerance `stiffness`"]);
     has(&refused(&contact("[contact]\nstiffness = \"0 N/m\"\n")), &["above 0 N/m"]);
     has(

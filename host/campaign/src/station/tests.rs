@@ -79,8 +79,8 @@ fn spoiled_guards_name_the_place() {
         ("tool_radius = \"0.2 m\"", "tool_radius = \"0.2 s\"", "robot2.tool_radius", "a time, not a length", "m"),
         ("name = \"fence\"", "name = \"floor\"", "safety.keep_out[2].name", "two keep-out boxes", "rename"),
         ("name = \"fence\"", "name = \"a/b\"", "safety.keep_out[2].name", "cannot be a name", "letters"),
-        (fence, &unplaced, "safety.keep_out[2]", "where this box is", "min and max, or centre and size"),
-        (fence, &twice, "safety.keep_out[2]", "where this box is", "min and max, or centre and size"),
+        (fence, &unplaced, "safety.keep_out[2]", "needs its place exactly once", "min and max, or centre and size"),
+        (fence, &twice, "safety.keep_out[2]", "needs its place exactly once", "min and max, or centre and size"),
         (fence, &flat, "safety.keep_out[2].max", "not beyond `min`", "greater max"),
         (fence, &many, "safety.keep_out[5]", "5 keep-out boxes", "unite"),
         (

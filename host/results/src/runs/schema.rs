@@ -7,7 +7,7 @@ use softdock_kernels::params::Params;
 use super::{
     AGREEMENT_WORDS, Cause, LoopRow, OUTCOME_WORDS, Outcome, PHASE_WORDS, RequirementResult, RunRow, STATUS_WORDS,
 };
-use crate::columns::{self, AGREEMENT, ColumnError, EFFECTIVE_MASS, FLAGS, Loop, NO_CAUSE, OUTER, RUN, STATUS};
+use crate::runs::columns::{self, AGREEMENT, ColumnError, EFFECTIVE_MASS, FLAGS, Loop, NO_CAUSE, OUTER, RUN, STATUS};
 use crate::table::{Column, ColumnKind, Table, Values};
 
 /// What the runs table must know of a requirement.

@@ -12,7 +12,7 @@
 //! # }
 //! ```
 
-use crate::runs::{Agreement, Outcome, Phase, Status, input_fields, metric_fields};
+use super::{Agreement, Outcome, Phase, Status, input_fields, metric_fields};
 use crate::table::{Table, Values};
 use softdock_kernels::fields::Field;
 use std::borrow::Cow;
