@@ -1,6 +1,6 @@
 //! From values as written to numbers in SI: units, ranges and lengths of lists, every problem noted.
 
-use crate::problem::Problem;
+use crate::problem::{LISTED, Problem};
 use crate::ranges::{ANGLE, INERTIA, LENGTH, Range, legal};
 use crate::source::Source;
 use crate::units::{UnitError, noun, quantity, show, suggestions};
@@ -27,7 +27,12 @@ impl Checker {
 
     /// Notes a problem.
     pub(crate) fn refuse(&mut self, span: &Span<usize>, message: impl Into<String>, remedy: impl Into<String>) {
-        self.problems.push(Problem::at(&self.source, span.clone(), message).remedy(remedy));
+        // Those that are not listed are only counted: their places take long to find in a long file.
+        let problem = match self.problems.len() < LISTED {
+            true => Problem::at(&self.source, span.clone(), message).remedy(remedy),
+            false => Problem::with_file(self.source.path().to_owned(), message),
+        };
+        self.problems.push(problem);
     }
 
     /// A number in SI from a scalar at a place.

@@ -32,7 +32,7 @@ pub struct Problem {
 }
 
 /// Most problems of one check that are kept: a message for each takes milliseconds and a screen.
-const LISTED: usize = 50;
+pub(crate) const LISTED: usize = 50;
 
 /// Longest lines, in bytes, that a message shows around a place.
 const LONGEST_LINES: usize = 2_000;

@@ -23,6 +23,8 @@ struct Inner {
     path: PathBuf,
     named: NamedSource<String>,
     places: Vec<Place>,
+    /// Bytes at which lines begin, ascending.
+    line_starts: Vec<usize>,
     overlay: Option<Overlay>,
 }
 
@@ -45,8 +47,9 @@ impl Source {
         {
             collect_table("", table.get_ref(), &mut places);
         }
+        let line_starts = std::iter::once(0).chain(text.match_indices('\n').map(|(at, _)| at + 1)).collect();
         let named = NamedSource::new(path.display().to_string(), text);
-        Self(Arc::new(Inner { path, named, places, overlay: None }))
+        Self(Arc::new(Inner { path, named, places, line_starts, overlay: None }))
     }
 
     /// Returns the file with the keys of an overlay replaced.
@@ -90,9 +93,8 @@ impl Source {
         while !self.text().is_char_boundary(offset) {
             offset -= 1;
         }
-        let before = &self.text()[..offset];
-        let line_start = before.rfind('\n').map_or(0, |at| at + 1);
-        (1 + before.matches('\n').count(), 1 + before[line_start..].chars().count())
+        let line = self.0.line_starts.partition_point(|start| *start <= offset);
+        (line, 1 + self.text()[self.0.line_starts[line - 1]..offset].chars().count())
     }
 
     /// The dotted key of the smallest key or value around a span; empty outside all.
