@@ -198,7 +198,7 @@ fi
 # The whole workspace, so that nothing is built again with other features.
 step "third-party programs: Net F/T, FANUC, EGM and MCAP"
 real_peers=()
-[ -n "${SOFTDOCK_PEER_RSI:-}" ] || real_peers=(--skip a_running_controller_is_held)
+[ -n "${SOFTDOCK_PEER_RSI:-}" ] || real_peers=(--skip running_controller_is_held)
 SOFTDOCK_PEER_PYTHON="$peers/bin/python" cargo test "${all[@]}" --test peers -- --ignored "${real_peers[@]}"
 SOFTDOCK_MCAP="$scratch/others.mcap" cargo test "${all[@]}" --lib write_a_log_for_others -- --ignored
 "$peers/bin/python" host/realtime/tests/peers/read_mcap.py "$scratch/others.mcap"
