@@ -284,18 +284,24 @@ struct Row {
 }
 
 impl Row {
-    fn of(batch: &Table, row: usize, layout: &Layout) -> std::result::Result<Self, ColumnError> {
-        let fails = |pass: &ColumnHandle<bool>| Ok(batch.get(pass)?[row] != Some(true));
-        let number = |name: &String| Ok(batch.get(&ColumnHandle::<f64>::named(name.clone()))?[row]);
-        let passes = layout.passes.iter().map(|[space, facility]| Ok([fails(space)?, fails(facility)?]));
-        Ok(Self {
-            run: batch.get(&RUN)?[row],
-            status: batch.get(&STATUS)?.at(row),
-            agreement: batch.get(&AGREEMENT)?.at(row),
-            fails: passes.collect::<std::result::Result<_, ColumnError>>()?,
-            metrics: layout.metrics.iter().map(|column| number(&column.name)).collect::<std::result::Result<_, _>>()?,
-            inputs: layout.inputs.iter().map(number).collect::<std::result::Result<_, _>>()?,
-        })
+    /// The rows of a batch, in its order.
+    fn all(batch: &Table, layout: &Layout) -> std::result::Result<Vec<Self>, ColumnError> {
+        let (run, status, agreement) = (batch.get(&RUN)?, batch.get(&STATUS)?, batch.get(&AGREEMENT)?);
+        let passes = layout.passes.iter().map(|[space, facility]| Ok([batch.get(space)?, batch.get(facility)?]));
+        let passes = passes.collect::<std::result::Result<Vec<_>, ColumnError>>()?;
+        let numbers = |name: &String| batch.get(&ColumnHandle::<f64>::named(name.clone()));
+        let metrics = layout.metrics.iter().map(|column| numbers(&column.name));
+        let metrics = metrics.collect::<std::result::Result<Vec<_>, _>>()?;
+        let inputs = layout.inputs.iter().map(numbers).collect::<std::result::Result<Vec<_>, _>>()?;
+        let row = |row: usize| Self {
+            run: run[row],
+            status: status.at(row),
+            agreement: agreement.at(row),
+            fails: passes.iter().map(|loops| loops.map(|passes| passes[row] != Some(true))).collect(),
+            metrics: metrics.iter().map(|values| values[row]).collect(),
+            inputs: inputs.iter().map(|values| values[row]).collect(),
+        };
+        Ok((0..batch.rows()).map(row).collect())
     }
 
     fn is_invalid(&self) -> bool {
@@ -306,8 +312,8 @@ impl Row {
 /// The runs of a folder, one after the other.
 struct Cursor<'a> {
     batches: Box<dyn Iterator<Item = std::result::Result<Table, softdock_results::ResultsError>> + 'a>,
-    batch: Table,
-    row: usize,
+    /// Rest of the last batch.
+    rows: std::vec::IntoIter<Row>,
     results: &'a Path,
     layout: &'a Layout,
 }
@@ -315,21 +321,18 @@ struct Cursor<'a> {
 impl<'a> Cursor<'a> {
     fn open(input: &'a ResultsInput, index: &ShardIndex, layout: &'a Layout) -> Self {
         let batches = Box::new(index.read_columns(&layout.names));
-        Self { batches, batch: Table::default(), row: 0, results: input.results, layout }
+        Self { batches, rows: Vec::new().into_iter(), results: input.results, layout }
     }
 
     fn next(&mut self) -> Result<Option<Row>> {
-        while self.row == self.batch.rows() {
-            match self.batches.next() {
-                Some(batch) => (self.batch, self.row) = (batch?, 0),
-                None => return Ok(None),
+        loop {
+            if let Some(row) = self.rows.next() {
+                return Ok(Some(row));
             }
+            let Some(batch) = self.batches.next() else { return Ok(None) };
+            let rows = Row::all(&batch?, self.layout);
+            self.rows = rows.map_err(|error| AnalysisError::of_column(self.results, &error))?.into_iter();
         }
-        let (batch, row) = (&self.batch, self.row);
-        self.row += 1;
-        let misfit =
-            |error: ColumnError| AnalysisError::Results { path: self.results.to_owned(), what: error.to_string() };
-        Ok(Some(Row::of(batch, row, self.layout).map_err(misfit)?))
     }
 }
 

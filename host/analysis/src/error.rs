@@ -1,6 +1,7 @@
 //! Errors of the analysis of a results folder.
 
-use std::path::PathBuf;
+use softdock_results::columns::ColumnError;
+use std::path::{Path, PathBuf};
 
 /// Result with this crate's error.
 pub(crate) type Result<T> = std::result::Result<T, AnalysisError>;
@@ -33,6 +34,11 @@ pub enum AnalysisError {
 }
 
 impl AnalysisError {
+    /// Creates the error of a results folder whose runs lack a column.
+    pub(crate) fn of_column(results: &Path, error: &ColumnError) -> Self {
+        Self::Results { path: results.to_owned(), what: error.to_string() }
+    }
+
     /// Returns whether the error is a failure to write an output.
     pub fn is_write_failure(&self) -> bool {
         matches!(self, Self::File(error) if error.is_write_failure())

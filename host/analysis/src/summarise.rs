@@ -42,8 +42,7 @@ pub fn summarise(content: &Content, facts: &CampaignFacts) -> Result<Summary> {
     let (results, index) = (content.results.as_path(), &content.shards);
     let mut tally = Tally::new(facts);
     for batch in index.read_columns(&Tally::columns(facts)) {
-        let misfit = |what| AnalysisError::Results { path: results.to_owned(), what };
-        tally.add(&batch?, facts).map_err(misfit)?;
+        tally.add(&batch?, facts).map_err(|error| AnalysisError::of_column(results, &error))?;
     }
     let mut completeness = completeness(results, index, &tally);
     let mut repeated = |kind: &Repetition| match read_repetition(kind, results, index) {

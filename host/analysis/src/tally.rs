@@ -277,7 +277,7 @@ impl Tally {
     }
 
     /// Counts a batch; an error names the column that is not what it should be.
-    pub(crate) fn add(&mut self, table: &Table, facts: &CampaignFacts) -> Result<(), String> {
+    pub(crate) fn add(&mut self, table: &Table, facts: &CampaignFacts) -> Result<(), ColumnError> {
         let batch = Batch::of(table, facts)?;
         (0..table.rows()).for_each(|row| self.add_row(&batch, row, facts));
         Ok(())

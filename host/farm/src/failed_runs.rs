@@ -75,14 +75,18 @@ fn failed_table(index: &ShardIndex, requirements: &[Requirement]) -> Result<(Tab
         let misfit = |error: ColumnError| FarmError::refused(error.to_string(), "make the folder again");
         let (run, status) = (batch.get(&RUN).map_err(misfit)?, batch.get(&STATUS).map_err(misfit)?);
         let agreement = batch.get(&AGREEMENT).map_err(misfit)?;
+        let read = |columns: &[ColumnHandle<bool>]| columns.iter().map(|column| batch.get(column)).collect();
+        let [in_space, on_facility]: [std::result::Result<Vec<_>, _>; 2] = [read(&passes[0]), read(&passes[1])];
+        let verdicts = [in_space.map_err(misfit)?, on_facility.map_err(misfit)?];
+        let numbers = inputs.iter().map(|column| batch.get(column)).collect::<std::result::Result<Vec<_>, _>>();
+        let numbers = numbers.map_err(misfit)?;
         for (row, run) in run.iter().enumerate() {
             let invalid = status.at(row) == Status::Invalid;
-            let holds = |pass: &ColumnHandle<bool>| batch.get(pass).is_ok_and(|passes| passes[row] == Some(true));
             // The requirements decide; without any, the task does.
             let task = [agreement.at(row).space_passes(), agreement.at(row).facility_passes()];
-            let [space, facility] = [0, 1].map(|side: usize| match passes[side].as_slice() {
+            let [space, facility] = [0, 1].map(|side: usize| match verdicts[side].as_slice() {
                 [] => task[side] == Some(true),
-                passes => passes.iter().all(holds),
+                verdicts => verdicts.iter().all(|passes| passes[row] == Some(true)),
             });
             if space && facility && !invalid {
                 continue;
@@ -91,8 +95,8 @@ fn failed_table(index: &ShardIndex, requirements: &[Requirement]) -> Result<(Tab
             counts[1] += u64::from(!facility && !invalid);
             counts[2] += u64::from(invalid);
             runs.push(*run);
-            for (values, column) in values.iter_mut().zip(&inputs) {
-                values.push(batch.get(column).map_err(misfit)?[row]);
+            for (values, column) in values.iter_mut().zip(&numbers) {
+                values.push(column[row]);
             }
         }
     }

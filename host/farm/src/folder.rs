@@ -374,6 +374,11 @@ impl ResultsFolder {
         Err(FarmError::refused(message, "put the files back, or run the changed campaign into a folder of its own"))
     }
 
+    /// The folders that hold runs: this one, or those of its variants.
+    pub(crate) fn with_runs(self) -> Result<Vec<Self>> {
+        if self.campaign.variants.is_empty() { Ok(vec![self]) } else { self.variants() }
+    }
+
     /// Returns the folders of the campaign's variants, below this one; a missing folder is not created.
     pub(crate) fn variants(&self) -> Result<Vec<Self>> {
         let of_variant = |variant: &softdock_campaign::Variant| {

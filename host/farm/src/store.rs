@@ -11,7 +11,7 @@ use object_store::aws::{AmazonS3, AmazonS3Builder};
 use object_store::path::Path as ObjectPath;
 use object_store::{ObjectStore, ObjectStoreExt, PutMode, PutOptions, PutPayload};
 use softdock_results::write_file;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Largest object that is read \[bytes\].
 const MAX_OBJECT: u64 = 1 << 30;
@@ -34,13 +34,9 @@ pub struct Transfer {
 /// If the folder is no results folder or has damaged shards, the store does not answer, or an object exists with other
 /// bytes.
 pub fn push(results: &Path, url: &str, context: Context) -> Result<Transfer> {
-    let folder = ResultsFolder::open(results)?;
-    let folders = if folder.campaign.variants.is_empty() { vec![folder] } else { folder.variants()? };
-    for folder in folders.iter().filter(|folder| folder.path.is_dir()) {
-        if let Some((path, reason)) = folder.shards()?.foreign.into_iter().next() {
-            let message = format!("`{}` cannot be pushed: {reason}", path.display());
-            return Err(FarmError::refused(message, "run the campaign again in this folder: it makes the shard again"));
-        }
+    if let Some((path, reason)) = foreign_shard(results)? {
+        let message = format!("`{}` cannot be pushed: {reason}", path.display());
+        return Err(FarmError::refused(message, "run the campaign again in this folder: it makes the shard again"));
     }
     let store = Store::open(url)?;
     let mut done = Transfer::default();
@@ -91,15 +87,21 @@ pub fn pull(url: &str, results: &Path, context: Context) -> Result<Transfer> {
         write_file(&path, &bytes)?;
         done.written += 1;
     }
-    let folder = ResultsFolder::open(results)?;
-    let folders = if folder.campaign.variants.is_empty() { vec![folder] } else { folder.variants()? };
-    for folder in folders.iter().filter(|folder| folder.path.is_dir()) {
-        if let Some((path, reason)) = folder.shards()?.foreign.into_iter().next() {
-            let message = format!("`{}` is damaged or foreign: {reason}", path.display());
-            return Err(FarmError::refused(message, "push the shard again from where it was made, to another prefix"));
-        }
+    if let Some((path, reason)) = foreign_shard(results)? {
+        let message = format!("`{}` is damaged or foreign: {reason}", path.display());
+        return Err(FarmError::refused(message, "push the shard again from where it was made, to another prefix"));
     }
     Ok(done)
+}
+
+/// The first damaged or foreign file among the shards of a results folder, with the reason.
+fn foreign_shard(results: &Path) -> Result<Option<(PathBuf, String)>> {
+    for folder in ResultsFolder::open(results)?.with_runs()?.into_iter().filter(|folder| folder.path.is_dir()) {
+        if let Some(foreign) = folder.shards()?.foreign.into_iter().next() {
+            return Ok(Some(foreign));
+        }
+    }
+    Ok(None)
 }
 
 /// Whether a name below a results folder is one of the campaign or of a whole shard, in the folder or in one of its

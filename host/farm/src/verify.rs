@@ -71,9 +71,7 @@ impl Verification {
 /// # Errors
 /// If the folder is not a results folder, or cannot be read.
 pub fn verify(results: &Path) -> Result<Vec<Verification>> {
-    let whole = ResultsFolder::open(results)?;
-    let folders = if whole.campaign.variants.is_empty() { vec![whole] } else { whole.variants()? };
-    folders.iter().map(verify_folder).collect()
+    ResultsFolder::open(results)?.with_runs()?.iter().map(verify_folder).collect()
 }
 
 fn verify_folder(folder: &ResultsFolder) -> Result<Verification> {

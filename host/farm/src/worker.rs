@@ -17,9 +17,7 @@ use std::path::Path;
 /// # Errors
 /// If the folder is no results folder, no engine can make the runs, or a file cannot be read or written.
 pub fn work(results: &Path, options: &RunOptions, context: Context) -> Result<Option<Incomplete>> {
-    let whole = ResultsFolder::open(results)?;
-    let folders = if whole.campaign.variants.is_empty() { vec![whole] } else { whole.variants()? };
-    for folder in folders {
+    for folder in ResultsFolder::open(results)?.with_runs()? {
         let folder = ResultsFolder::claim(&folder.path.clone(), folder.campaign, context)?;
         let scene = folder.campaign.clone();
         let mut engine = RunEngine::open(&scene, options.choice, context)?;

@@ -88,8 +88,7 @@ impl Columns {
         let names: Vec<String> = fixed.chain(self.columns.iter().map(ColumnHandle::name)).map(str::to_owned).collect();
         let mut rows = Vec::new();
         for batch in index.read_columns(&names) {
-            self.add(&batch?, &mut rows)
-                .map_err(|error| AnalysisError::Results { path: results.to_owned(), what: error.to_string() })?;
+            self.add(&batch?, &mut rows).map_err(|error| AnalysisError::of_column(results, &error))?;
         }
         rows.sort_by_key(|row: &Row| row.run);
         Ok(rows)

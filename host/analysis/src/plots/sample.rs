@@ -1,7 +1,5 @@
 //! Data for the figures of a campaign, read in one pass: moments of all runs, values of a bounded number of them.
 
-use std::path::Path;
-
 use softdock_results::Table;
 use softdock_results::columns::{AGREEMENT, ColumnError, ColumnHandle, Loop, RUN, input_named, parameter_of};
 use softdock_results::runs::{Agreement, Outcome};
@@ -65,7 +63,9 @@ impl Sample {
         let (index, results) = (&content.shards, content.results.as_path());
         let described = index.columns()?;
         let input = |name: &String| {
-            let column = described.column(name).ok_or_else(|| misfit(results, ColumnError::Missing(name.clone())))?;
+            let column = described
+                .column(name)
+                .ok_or_else(|| AnalysisError::of_column(results, &ColumnError::Missing(name.clone())))?;
             Ok(Input {
                 column: name.clone(),
                 name: in_words(name),
@@ -82,7 +82,7 @@ impl Sample {
             ..Self::default()
         };
         for batch in index.read_columns(&columns(facts, inputs)) {
-            sample.add(&batch?, facts).map_err(|error| misfit(results, error))?;
+            sample.add(&batch?, facts).map_err(|error| AnalysisError::of_column(results, &error))?;
         }
         Ok(sample)
     }
@@ -159,8 +159,4 @@ fn columns(facts: &CampaignFacts, inputs: &[String]) -> Vec<String> {
 /// The name of an input column in words, without prefix and unit.
 fn in_words(column: &str) -> String {
     parameter_of(column).map_or(column.to_owned(), |field| field.name).replace('_', " ")
-}
-
-fn misfit(results: &Path, error: ColumnError) -> AnalysisError {
-    AnalysisError::Results { path: results.to_owned(), what: error.to_string() }
 }
