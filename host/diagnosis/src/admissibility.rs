@@ -45,9 +45,19 @@ pub(crate) fn is_admissible(
     };
     let plausible = |unknown: &Unknown| unknown.role != Role::Form || fitted.z[place(unknown)].abs() < FAR_OFF;
     let own = || members.iter().map(|number| &library[*number]);
-    let each = own().all(|hypothesis| differs(hypothesis) && hypothesis.unknowns.iter().all(plausible));
+    let each = own().all(|hypothesis| differs(hypothesis) && hypothesis.unknowns.iter().all(plausible))
+        && beyond_limits(fitted).next().is_none();
     each && (members.len() == 1
         || !(has_doubtful_size(library, members, fitted, covariance) || has_nuisance_beyond_prior(fitted)))
+}
+
+/// Returns the sizes and forms beyond their physical limits, with their values.
+pub(crate) fn beyond_limits(fitted: &Fitted) -> impl Iterator<Item = (&Unknown, f64)> {
+    let values = fitted.unknowns.iter().zip(&fitted.z).map(|(unknown, z)| (unknown, unknown.prior.value(*z)));
+    values.filter(|(unknown, value)| {
+        let [least, most] = unknown.limits;
+        unknown.role != Role::Nuisance && !(least..=most).contains(value)
+    })
 }
 
 /// Returns the nuisance parameters beyond the limit of a combination; see [`Fitted::nuisances`].
@@ -93,7 +103,9 @@ fn has_doubtful_size(library: &[Hypothesis], members: &[usize], fitted: &Fitted,
     let is_vague = |size: usize| fitted.z[size].powi(2) < WELL_KNOWN * WELL_KNOWN * covariance(size, size);
     let bends = fitted.mean_square() > ADEQUATE;
     let is_doubtful = |number: usize, size: usize| bends || is_vague(size) || is_undone(number, size);
-    members.iter().any(|number| sizes(*number).into_iter().filter(too_large).any(|size| is_doubtful(*number, size)))
+    // What any model has wrong is limited by physics alone.
+    let structure = members.iter().filter(|number| !library[**number].calibration);
+    structure.into_iter().any(|number| sizes(*number).into_iter().filter(too_large).any(|size| is_doubtful(*number, size)))
 }
 
 /// Drops over-parameterised effects: those with all parameters of another and more that explain hardly more. For

@@ -62,7 +62,8 @@ impl Combiner<'_> {
     /// of their parts.
     pub(crate) fn combine(&self, singles: Vec<Fitted>, pairs: Vec<Set>) -> Vec<Set> {
         let mut all: Vec<Set> = singles.into_iter().map(|fitted| (vec![fitted.hypothesis], fitted)).collect();
-        let pairs = self.paying(pairs, &all);
+        let calibration = self.paying(self.calibration(), &all);
+        let pairs: Vec<Set> = self.paying(pairs, &all).into_iter().chain(calibration).collect();
         let begun = if pairs.is_empty() { 1 } else { 2 };
         let mut beam = self.beam(all.iter().chain(&pairs).cloned().collect());
         all.extend(pairs.into_iter().filter(|set| self.is_admissible(set)));
@@ -102,6 +103,35 @@ impl Combiner<'_> {
             all.extend(paying.into_iter().filter(|set| self.is_admissible(set)));
         }
         self.without_redundant(all)
+    }
+
+    /// Returns the calibration: all its effects fitted together, then without those that the evidence does not need, step
+    /// by step. A machine differs from a new model in all of them at once, and no single one explains much.
+    fn calibration(&self) -> Vec<Set> {
+        let members = (0..self.library.len()).filter(|number| self.library[*number].calibration);
+        let members = members.fold(Vec::new(), |mut members: Vec<usize>, number| {
+            if !self.shares(&members, number) {
+                members.push(number);
+            }
+            members
+        });
+        if members.len() < 2 {
+            return Vec::new();
+        }
+        let unknowns = self.unknowns(&members);
+        let from_null = taken(&unknowns, self.null);
+        let starts = [vec![0.0; unknowns.len()], from_null].map(|z| (members.clone(), Start::new(0, unknowns.clone(), z)));
+        let mut found = self.fitted(starts.into());
+        let price = price(self.library.len());
+        while let Some(whole) = found.pop().filter(|whole| whole.0.len() > 1) {
+            let own = self.log(&whole);
+            let weakest = self.ranked(self.fitted(self.parts(&whole))).into_iter().next();
+            match weakest.filter(|part| self.log(part) + price > own) {
+                Some(part) => found.push(part),
+                None => return vec![whole],
+            }
+        }
+        Vec::new()
     }
 
     /// Returns the sets whose evidence exceeds that of all their subsets.

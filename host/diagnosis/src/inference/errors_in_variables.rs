@@ -103,7 +103,7 @@ mod tests {
     #[test]
     fn compensated_gain_of_a_noisy_input_is_unbiased() {
         let prior = ParameterPrior::Normal { mean: 1.0, sd: 1.0 };
-        let unknowns = vec![Unknown { name: "gain".to_owned(), field: 0, unit: "1", prior, role: Role::Size }];
+        let unknowns = vec![Unknown::new("gain", 0, "1", prior, Role::Size)];
         let by = |of: fn(f64) -> DVector<f64>| move |sets: &[Vec<f64>]| sets.iter().map(|set| of(set[0])).collect();
         let (mean, deviation) = (by(mean), by(deviations));
         let fitted = fit(vec![Start::nominal(unknowns)], &[1.0], 1e-3, &mean).remove(0).with_freed_sizes();

@@ -281,7 +281,7 @@ mod tests {
     use std::cell::Cell;
 
     fn unknown(field: usize, prior: ParameterPrior, role: Role) -> Unknown {
-        Unknown { name: format!("p{field}"), field, unit: "1", prior, role }
+        Unknown::new(format!("p{field}"), field, "1", prior, role)
     }
 
     /// `a sin(w t)` sampled, less its prediction by the parameters, over a noise of 0.01.

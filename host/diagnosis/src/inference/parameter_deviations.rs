@@ -141,7 +141,7 @@ mod tests {
     /// One number, measured in three experiments that are each off by as much, in standard deviations of one sample.
     fn fitted(off: [f64; 3]) -> Fitted {
         let prior = ParameterPrior::Normal { mean: 0.0, sd: 1.0 };
-        let unknown = Unknown { name: "p".to_owned(), field: 0, unit: "1", prior, role: Role::Size };
+        let unknown = Unknown::new("p", 0, "1", prior, Role::Size);
         let residual = DVector::from_fn(3 * ROWS, |i, _| noise(i) + off[i / ROWS]);
         let mean = residual.mean();
         let jacobian = DMatrix::from_element(3 * ROWS, 1, 1.0);

@@ -99,9 +99,19 @@ pub struct Unknown {
     pub prior: ParameterPrior,
     /// Role.
     pub role: Role,
+    /// Physical limits of the value, SI; a fit beyond them is no explanation.
+    pub limits: [f64; 2],
 }
 
+/// Limits of a value that physics does not limit.
+pub const NO_LIMITS: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
+
 impl Unknown {
+    /// Builds a parameter without physical limits.
+    pub fn new(name: impl Into<String>, field: usize, unit: &'static str, prior: ParameterPrior, role: Role) -> Self {
+        Self { name: name.into(), field, unit, prior, role, limits: NO_LIMITS }
+    }
+
     /// A free number of a block, by the name of the parameter.
     ///
     /// # Panics
@@ -109,7 +119,7 @@ impl Unknown {
     pub(crate) fn of(section: &Section, name: &str, prior: ParameterPrior, role: Role) -> Self {
         let fields = section.parameters();
         let field = fields.iter().position(|field| field.name == name).expect("the name of a block's parameter");
-        Self { name: name.to_owned(), field, unit: fields[field].unit, prior, role }
+        Self::new(name, field, fields[field].unit, prior, role)
     }
 }
 

@@ -60,12 +60,12 @@ mod tests {
 
     fn unknown(field: usize, spread: f64) -> Unknown {
         let prior = ParameterPrior::LogNormal { centre: 1.0, spread };
-        Unknown { name: format!("p{field}"), field, unit: "1", prior, role: Role::Size }
+        Unknown::new(format!("p{field}"), field, "1", prior, Role::Size)
     }
 
     fn hypothesis(unknowns: Vec<Unknown>) -> Hypothesis {
         let (forms, sizes) = (vec![vec![1.0; unknowns.len()]], vec![0]);
-        Hypothesis { effect: &DICTIONARY, name: "a form", unknowns, forms, sizes, shaped: true }
+        Hypothesis { effect: &DICTIONARY, name: "a form", unknowns, forms, sizes, shaped: true, calibration: false }
     }
 
     /// Returns a fit of a hypothesis with all parameters at `z` and a given residual.

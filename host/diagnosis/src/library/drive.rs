@@ -30,8 +30,8 @@ pub(super) struct Spans {
     inertia: f64,
     /// Whether the joint slides.
     slides: bool,
-    /// Whether a payload has weight at the joint.
-    weight: bool,
+    /// Greatest torque of a kilogram of payload at the joint \[N m/kg\]; 0 where it has no weight.
+    payload_weight: f64,
     /// Inertia of the link, or a tenth of the motor's where a model counts all as motor.
     link: f64,
 }
@@ -57,7 +57,7 @@ impl Spans {
             time: end - start,
             inertia: motor + link,
             slides: block.channels[0].unit == "m",
-            weight: all("payload_weight").any(|weight| weight != 0.0),
+            payload_weight: all("payload_weight").fold(0.0, |most, weight| most.max(weight.abs())),
             link: if link > 0.0 { link } else { 0.1 * motor },
         }
     }
@@ -103,7 +103,65 @@ pub fn effects(block: &MeasuredBlock) -> Vec<Hypothesis> {
         let age = either(0.0, 4e-3);
         shelf.add("J20_encoder_delay", "latency of the link encoder", &[("link_age", age, Role::Size)], &[1.0], &[]);
     }
+    limits(&mut shelf, &spans);
+    shelf.calibrate(&CALIBRATION);
     shelf.all
+}
+
+/// Effects that any model of a drive has slightly wrong.
+const CALIBRATION: [&str; 5] =
+    ["J1_coulomb", "J2_viscous", "J15_link_inertia", "J16_gravity_compensation", "J18_drive_offset"];
+/// Greatest relative error of a motor's torque constant: makers state 10 %, and magnets lose up to 20 % with the
+/// temperature (Bertotti, Hysteresis in Magnetism, 1998; data sheets of servo motors).
+const WORST_CONSTANT: f64 = 0.3;
+/// Greatest link inertia beyond the model's, as a share of the whole: beyond, the model is one of another machine.
+const WORST_INERTIA: f64 = 2.0;
+/// Greatest share of its load that a gear loses as friction (Bittencourt 2010: 10 % to 20 %, worm gears 50 %).
+const WORST_LOSS: f64 = 0.5;
+/// Least frequency of a link on its gear \[Hz\]: below, no servo holds the joint.
+const SOFTEST_GEAR: f64 = 1.0;
+/// Greatest play and transmission error of a robot's gear \[rad\]: ten times what makers reject.
+const WORST_GEAR: f64 = 0.01;
+/// Greatest time constant of a current loop \[s\], and greatest age of an encoder's samples.
+const SLOWEST_CURRENT: f64 = 5e-3;
+const OLDEST_SAMPLE: f64 = 0.05;
+/// Share of the greatest torque that the drive gave, below which it cannot saturate.
+const LOWEST_LIMIT: f64 = 0.3;
+
+/// Limits the parameters to what a drive can have that gave these torques at these rates.
+fn limits(shelf: &mut Shelf, spans: &Spans) {
+    let Spans { peak, rate, inertia, link, .. } = *spans;
+    let gear = if spans.slides { WORST_GEAR * spans.range.min(1.0) } else { WORST_GEAR };
+    let either = |size: f64| [-size, size];
+    let weight = spans.payload_weight;
+    let payload = if weight > 0.0 { peak / weight } else { f64::INFINITY };
+    for (name, limits) in [
+        ("coulomb", [0.0, peak]),
+        ("viscous", [0.0, peak / rate]),
+        ("stribeck", [0.0, peak]),
+        ("stribeck_speed", [0.0, rate]),
+        ("load_coefficient", [0.0, WORST_LOSS]),
+        ("warm_loss", [0.0, 3.0 * WARM_LOSS]),
+        ("half_backlash", [0.0, gear]),
+        ("compliance", [0.0, spans.compliance(SOFTEST_GEAR).max(4.0 * shelf.base("compliance"))]),
+        ("wave_sin", either(gear)),
+        ("wave_cos", either(gear)),
+        ("ripple_sin", either(0.5 * peak)),
+        ("ripple_cos", either(0.5 * peak)),
+        ("torque_constant_error", either(WORST_CONSTANT)),
+        ("current_lag", [0.0, SLOWEST_CURRENT]),
+        ("torque_limit", [LOWEST_LIMIT * peak, f64::INFINITY]),
+        ("coulomb_asymmetry", either(peak)),
+        ("offset", either(peak)),
+        ("payload", either(payload)),
+        ("inertia_error", [-link, WORST_INERTIA * inertia]),
+        ("gravity_cos", either(peak)),
+        ("gravity_sin", either(peak)),
+        ("cable_stiffness", [0.0, peak / spans.range]),
+        ("link_age", either(OLDEST_SAMPLE)),
+    ] {
+        shelf.limit(name, limits);
+    }
 }
 
 fn friction(shelf: &mut Shelf, spans: &Spans) {
@@ -283,7 +341,7 @@ fn direction(shelf: &mut Shelf, spans: &Spans) {
 fn load(shelf: &mut Shelf, spans: &Spans) {
     let gravity = either(0.0, 0.05 * spans.torque);
     // Without weight a payload is inertia and nothing else.
-    if spans.weight {
+    if spans.payload_weight > 0.0 {
         let payload = either(0.0, 1.0);
         shelf.add("J14_payload", "mass of the payload", &[("payload", payload, Role::Size)], &[1.0], &[]);
     }

@@ -29,6 +29,9 @@ pub struct Hypothesis {
     pub sizes: Vec<usize>,
     /// Whether the shape of the signature depends on the size, so that forms are screened at their own sizes.
     pub shaped: bool,
+    /// Whether its sizes belong to the calibration: what any model of such a plant has slightly wrong. They are fitted
+    /// together before structure is searched.
+    pub calibration: bool,
 }
 
 impl Hypothesis {
@@ -62,11 +65,23 @@ impl<'a> Shelf<'a> {
         self.block.base[self.block.field(name)]
     }
 
+    /// Limits a parameter, wherever it is free, to what physics allows.
+    pub(crate) fn limit(&mut self, name: &str, limits: [f64; 2]) {
+        let unknowns = self.all.iter_mut().flat_map(|hypothesis| &mut hypothesis.unknowns);
+        unknowns.filter(|unknown| unknown.name == name).for_each(|unknown| unknown.limits = limits);
+    }
+
+    /// Makes effects part of the calibration.
+    pub(crate) fn calibrate(&mut self, ids: &[&str]) {
+        let members = self.all.iter_mut().filter(|hypothesis| ids.contains(&hypothesis.effect.id));
+        members.for_each(|hypothesis| hypothesis.calibration = true);
+    }
+
     /// Adds a form outside the catalogue.
     pub(crate) fn form(&mut self, name: &'static str, (field, prior, role): Entry) {
         let unknowns = vec![Unknown::of(&self.block.section, field, prior, role)];
         let forms = vec![vec![1.0]];
-        self.all.push(Hypothesis { effect: &DICTIONARY, name, unknowns, forms, sizes: vec![0], shaped: false });
+        self.all.push(Hypothesis { effect: &DICTIONARY, name, unknowns, forms, sizes: vec![0], shaped: false, calibration: false });
     }
 
     /// Adds an effect of the table. Its forms: every combination of the given `z` of its form numbers, at the given
@@ -86,7 +101,8 @@ impl<'a> Shelf<'a> {
         let places = (0..unknowns.len()).filter(|i| unknowns[*i].role == Role::Size).collect();
         let all = || EFFECTS.iter().chain(BENCH_EFFECTS);
         let effect = all().find(|effect| effect.id == id).expect("an id of the effect tables");
-        self.all.push(Hypothesis { effect, name, unknowns, forms, sizes: places, shaped: sizes.len() > 1 });
+        let shaped = sizes.len() > 1;
+        self.all.push(Hypothesis { effect, name, unknowns, forms, sizes: places, shaped, calibration: false });
     }
 }
 
