@@ -24,18 +24,18 @@ pub enum RecordedVerdict {
     Named,
     /// One of several causes.
     Ambiguous,
-    /// A cause outside the library.
+    /// A cause outside the library, or an inadequate model: no cause is named.
     NotInLibrary,
 }
 
 impl From<DiagnosisVerdict> for RecordedVerdict {
     fn from(verdict: DiagnosisVerdict) -> Self {
         match verdict {
-            DiagnosisVerdict::NoEffect => Self::NoEffect,
+            DiagnosisVerdict::NoEffect | DiagnosisVerdict::Withheld => Self::NoEffect,
             DiagnosisVerdict::NoPracticalEffect => Self::NoPracticalEffect,
             DiagnosisVerdict::Named => Self::Named,
             DiagnosisVerdict::Ambiguous => Self::Ambiguous,
-            DiagnosisVerdict::NotInLibrary => Self::NotInLibrary,
+            DiagnosisVerdict::NotInLibrary | DiagnosisVerdict::ModelInadequate => Self::NotInLibrary,
         }
     }
 }

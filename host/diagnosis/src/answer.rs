@@ -20,6 +20,8 @@ use std::collections::BTreeMap;
 pub enum DiagnosisVerdict {
     /// No detectable model error.
     NoEffect,
+    /// No verdict: another block, itself unexplained, may cause the residual.
+    Withheld,
     /// A statistically significant effect whose gain on held-out motion is below the practical limit.
     NoPracticalEffect,
     /// One or several causes are named.
@@ -28,12 +30,20 @@ pub enum DiagnosisVerdict {
     Ambiguous,
     /// A model error that no cause of the library explains.
     NotInLibrary,
+    /// The model is inadequate: what explains these recordings best is physically impossible, or a parameter is far
+    /// beyond its tolerance.
+    ModelInadequate,
 }
 
 impl DiagnosisVerdict {
     /// Returns whether the verdict comes with causes.
     pub(crate) fn names(self) -> bool {
         matches!(self, Self::Named | Self::Ambiguous | Self::NoPracticalEffect)
+    }
+
+    /// Returns whether it is a model error without a cause.
+    pub fn is_open(self) -> bool {
+        matches!(self, Self::NotInLibrary | Self::ModelInadequate)
     }
 }
 
@@ -175,6 +185,13 @@ pub struct BlockAnswer {
     pub answer: DiagnosisVerdict,
     /// Causes: all effects of a combination, or the rivals of an ambiguous answer.
     pub effects: Vec<EffectFound>,
+    /// Why the model is inadequate: sizes beyond physical limits, a larger torque error, parameters beyond their
+    /// tolerances.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub inadequate: Vec<String>,
+    /// Most probable physically possible causes of an inadequate model; they are no answer.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub possible: Vec<EffectFound>,
     /// Form of the model error, if no cause of the library explains it.
     pub form: Option<FormFound>,
     /// Causes that are confounded with the finding and were not in the library.
@@ -217,7 +234,7 @@ impl BlockAnswer {
     /// Returns the answer without causes.
     fn without_effects(self) -> Self {
         let (effects, ruled_out, partner_missing) = (Vec::new(), Vec::new(), Vec::new());
-        Self { effects, ruled_out, partner_missing, ..self }
+        Self { effects, ruled_out, partner_missing, inadequate: Vec::new(), possible: Vec::new(), ..self }
     }
 
     /// Returns the answer without a finding, because another block may cause the residual: no effect of the library
@@ -233,7 +250,7 @@ impl BlockAnswer {
         let not_visible = library.iter().map(hidden).collect();
         let residual = Residual { after: self.residual.before, ..self.residual };
         Self {
-            answer: DiagnosisVerdict::NoEffect,
+            answer: DiagnosisVerdict::Withheld,
             form: None,
             gain: None,
             residual,
@@ -287,7 +304,7 @@ impl BlockAnswer {
     #[must_use]
     pub(crate) fn beside(mut self, found: Beside) -> Self {
         let Beside { effect, name, parameters, log_odds } = found;
-        if self.answer == DiagnosisVerdict::NotInLibrary {
+        if self.answer.is_open() {
             return self;
         }
         if self.answer < DiagnosisVerdict::Named {

@@ -21,13 +21,17 @@ pub fn headline(diagnosis: &Diagnosis) -> String {
     let names = |joint: &str| of(diagnosis.answer, joint);
     // A named cause in one block is reported beside an open verdict in another.
     let beside = match (diagnosis.answer, of(DiagnosisVerdict::Named, " and ")) {
-        (DiagnosisVerdict::Ambiguous | DiagnosisVerdict::NotInLibrary, named) if !named.is_empty() => {
+        (
+            DiagnosisVerdict::Ambiguous | DiagnosisVerdict::NotInLibrary | DiagnosisVerdict::ModelInadequate,
+            named,
+        ) if !named.is_empty() => {
             format!(" It also lacks {named}.")
         }
         _ => String::new(),
     };
     let answer = match diagnosis.answer {
         DiagnosisVerdict::NoEffect => "These recordings show no model error.".to_owned(),
+        DiagnosisVerdict::Withheld => "No block has a verdict.".to_owned(),
         DiagnosisVerdict::NoPracticalEffect => {
             format!("Statistically significant, but without practical effect: {}.", names(" and "))
         }
@@ -38,6 +42,10 @@ pub fn headline(diagnosis: &Diagnosis) -> String {
         DiagnosisVerdict::NotInLibrary => {
             let blocks = blocks(diagnosis, DiagnosisVerdict::NotInLibrary).join(" and ");
             format!("The model error in {blocks} has no cause in the library{}.{beside}", likeness(diagnosis))
+        }
+        DiagnosisVerdict::ModelInadequate => {
+            let blocks = blocks(diagnosis, DiagnosisVerdict::ModelInadequate).join(" and ");
+            format!("The model is inadequate in {blocks}: no physically possible cause is named there.{beside}")
         }
     };
     match diagnosis.provisional {
@@ -101,6 +109,12 @@ fn block_text(block: &BlockAnswer) -> String {
     for effect in &block.effects {
         lines.push(format!("  {}, probability {}", named(effect), significant(effect.p, 3)));
         lines.extend(effect.parameters.iter().map(|(name, estimate)| format!("    {name} {}", estimated(estimate))));
+    }
+    lines.extend(block.inadequate.iter().map(|reason| format!("  inadequate: {reason}")));
+    for effect in &block.possible {
+        let estimates: Vec<String> =
+            effect.parameters.iter().map(|(name, estimate)| format!("{name} {}", estimated(estimate))).collect();
+        lines.push(format!("  possible, but not sufficient: {}, {}", named(effect), estimates.join(", ")));
     }
     lines.extend(block.form.as_ref().map(|form| format!("  {}", behaviour(form))));
     lines.push(format!("  {}", residual(block)));
@@ -191,10 +205,12 @@ fn more(count: usize) -> String {
 pub fn verdict(verdict: DiagnosisVerdict) -> &'static str {
     match verdict {
         DiagnosisVerdict::NoEffect => "no effect",
+        DiagnosisVerdict::Withheld => "no verdict",
         DiagnosisVerdict::NoPracticalEffect => "no practical effect",
         DiagnosisVerdict::Named => "named",
         DiagnosisVerdict::Ambiguous => "ambiguous",
         DiagnosisVerdict::NotInLibrary => "not in the library",
+        DiagnosisVerdict::ModelInadequate => "model inadequate",
     }
 }
 
@@ -210,11 +226,12 @@ pub fn residual(block: &BlockAnswer) -> String {
     let (before, after) = (significant(block.residual.before, 3), significant(block.residual.after, 3));
     let place = if block.held_out { "on held-out motion" } else { "on the motion that was fitted" };
     let percent = |share: f64| significant(100.0 * share, 3);
+    let is_open = block.answer.is_open();
     let is_spoken =
-        block.answer != DiagnosisVerdict::NotInLibrary || block.form.as_ref().is_some_and(|form| form.holds);
+        !is_open || block.form.as_ref().is_some_and(|form| form.holds);
     match block.gain.filter(|_| is_spoken) {
-        None if block.answer == DiagnosisVerdict::NotInLibrary => {
-            format!("residual {before} times the noise, {after} with the nearest cause of the library, {place}")
+        None if is_open => {
+            format!("residual {before} times the noise, {after} with the nearest possible cause, {place}")
         }
         None => format!("residual {before} times the noise {place}"),
         Some(gain) => {

@@ -1,6 +1,6 @@
 //! Decision: from the judgement of a block to its answer.
 
-use crate::admissibility::{LARGEST_Z, has_nuisance_beyond_prior};
+use crate::admissibility::{LARGEST_Z, beyond_limits, has_nuisance_beyond_prior};
 use crate::answer::{
     BlockAnswer, DiagnosisVerdict, EffectFound, Gain, NotVisible, Residual, RuledOut, covariance, parameters,
 };
@@ -10,6 +10,7 @@ use crate::inference::fit::Fitted;
 use crate::inference::unknown::Role;
 use crate::judge::{BlockJudgement, Candidate};
 use crate::library::Hypothesis;
+use softdock_analysis::number::significant;
 use softdock_kernels::effects::{Effect, GROUPS, Group};
 use std::collections::BTreeSet;
 
@@ -40,6 +41,8 @@ pub(crate) fn decide(
     let rivals = present.map_or_else(Vec::new, |best| context.rivals(best, &ranking));
     let partners = present.map_or_else(Vec::new, |best| context.missing_partners(best, missing));
     let answer = context.verdict(present, best, rivals.len() > 1 || !partners.is_empty());
+    let is_inadequate = answer == DiagnosisVerdict::ModelInadequate;
+    let possible: Vec<&Candidate> = present.into_iter().filter(|_| is_inadequate).collect();
     let shown: Vec<&Candidate> = if answer.names() { rivals.clone() } else { Vec::new() };
     let mut effects = context.effects(&shown, &ranking);
     effects.sort_by(|a, b| b.p.total_cmp(&a.p));
@@ -48,6 +51,8 @@ pub(crate) fn decide(
         block: block.name,
         answer,
         effects,
+        inadequate: if is_inadequate { context.inadequacies(present) } else { Vec::new() },
+        possible: context.effects(&possible, &ranking),
         form: None,
         partner_missing: if answer == DiagnosisVerdict::Ambiguous { partners } else { Vec::new() },
         log_odds: best.map_or(0.0, |best| best.log_odds),
@@ -74,10 +79,13 @@ struct Context<'a> {
 
 impl Context<'_> {
     fn verdict(&self, present: Option<&Candidate>, best: Option<&Candidate>, several: bool) -> DiagnosisVerdict {
+        if self.is_inadequate(present) {
+            return DiagnosisVerdict::ModelInadequate;
+        }
         let Some(best) = present else {
             // Weak evidence that a nuisance parameter explains within its prior needs no cause.
             let explains = |best: &Candidate| {
-                !has_nuisance_beyond_prior(&best.fitted) && best.adequacy.is_some_and(|a| is_adequate(&a, best))
+                !has_nuisance_beyond_prior(&best.fitted) && best.adequacy.is_some_and(|a| a.own <= a.tolerated)
             };
             let unexplained = self.is_misfit() && !best.is_some_and(explains);
             return if unexplained { DiagnosisVerdict::NotInLibrary } else { DiagnosisVerdict::NoEffect };
@@ -89,6 +97,60 @@ impl Context<'_> {
             _ if several => DiagnosisVerdict::Ambiguous,
             _ => DiagnosisVerdict::Named,
         }
+    }
+
+    /// Returns whether the model is inadequate: the answer has a parameter beyond its tolerance, or leaves more than
+    /// noise where something impossible leaves less.
+    fn is_inadequate(&self, present: Option<&Candidate>) -> bool {
+        let fitted = present.map_or(&self.judgement.null, |best| &best.fitted);
+        let explains = match present {
+            Some(best) => best.adequacy.is_some_and(|a| a.own <= a.tolerated),
+            None => !self.is_misfit(),
+        };
+        !nuisances_beyond_prior(fitted).is_empty() || !explains && self.impossible(present).is_some()
+    }
+
+    /// Returns the most probable impossible candidate, if it is more probable than the best possible one.
+    fn impossible(&self, present: Option<&Candidate>) -> Option<&Candidate> {
+        let least = present.map_or(self.judgement.threshold, |best| self.score(best) + GAP);
+        let impossible = self.judgement.ranking.iter().filter(|candidate| candidate.is_impossible());
+        let best = impossible.max_by(|a, b| self.score(a).total_cmp(&self.score(b)))?;
+        (self.score(best) > least).then_some(best)
+    }
+
+    /// Returns the reasons why the model is inadequate.
+    fn inadequacies(&self, present: Option<&Candidate>) -> Vec<String> {
+        let fitted = present.map_or(&self.judgement.null, |best| &best.fitted);
+        let beyond = fitted.nuisances().filter(|(_, _, z)| z.abs() > REPORTED_Z);
+        let mut reasons: Vec<String> = beyond
+            .map(|(_, unknown, z)| {
+                let nominal = unknown.prior.value(0.0);
+                format!(
+                    "{} would have to be {} instead of {}: {} tolerances off",
+                    unknown.name,
+                    quantity(unknown.prior.value(z), unknown.unit),
+                    quantity(nominal, unknown.unit),
+                    significant(z, 2)
+                )
+            })
+            .collect();
+        if let Some(impossible) = self.impossible(present) {
+            let ids: Vec<&str> = impossible.hypotheses.iter().map(|number| self.id(*number)).collect();
+            let ids = ids.join(" and ");
+            reasons.extend(beyond_limits(&impossible.fitted).map(|(unknown, value)| {
+                let [least, most] = unknown.limits.map(|limit| significant(limit, 3));
+                format!(
+                    "{ids} would explain most, but {} = {} is impossible: {least} to {most}",
+                    unknown.name,
+                    quantity(value, unknown.unit)
+                )
+            }));
+            reasons.extend(impossible.worse_torque.map(|[before, after]| {
+                let [before, after] = [before, after].map(|error| significant(100.0 * error, 3));
+                format!("{ids} would explain most, but raises the torque error from {before} % to {after} %")
+            }));
+        }
+        reasons
     }
 
     /// Returns whether an effect is detected only because it reduces a rare but possible nuisance z-score: then the
@@ -133,10 +195,9 @@ impl Context<'_> {
 
     /// Returns the best candidate and those almost as probable, without supersets of the best.
     fn rivals<'c>(&self, best: &'c Candidate, ranking: &[&'c Candidate]) -> Vec<&'c Candidate> {
-        let score = |candidate: &Candidate| self.score(candidate);
         let near = |other: &&&Candidate| {
             let within = best.hypotheses.iter().all(|number| self.has(other, self.id(*number)));
-            !within && score(other) > score(best) - GAP
+            !within && self.judgement.lead(best, Some(other), self.library.len()) < GAP
         };
         std::iter::once(best).chain(ranking.iter().filter(near).copied()).collect()
     }
@@ -232,6 +293,11 @@ impl Context<'_> {
         let pairs: BTreeSet<[&str; 2]> = confounded.map(|(a, b)| [self.id(a), self.id(b)]).collect();
         pairs.into_iter().collect()
     }
+}
+
+/// Returns a value with its unit.
+fn quantity(value: f64, unit: &str) -> String {
+    format!("{} {}", significant(value, 4), if unit == "1" { "" } else { unit }).trim_end().to_owned()
 }
 
 /// Returns the nuisance parameters whose z-scores are findings of their own.

@@ -19,6 +19,7 @@ use crate::inference::fit::{Fitted, HOPELESS, Simulate, Start, fit};
 use crate::inference::noise::Noise;
 use crate::inference::parameter_deviations::scatter;
 use crate::library::Hypothesis;
+use crate::torque_error::TorqueError;
 use nalgebra::{DMatrix, DVector};
 use softdock_engine::blocks::BlockKind;
 
@@ -28,6 +29,8 @@ const CLAMP: f64 = 3.0;
 const POLISHED: usize = 5;
 /// Number of best candidates with bias compensation and half-step simulation.
 const REFINED: usize = 3;
+/// Number of best candidates whose torque errors are compared with the nominal model's.
+const COMPARED: usize = 12;
 /// Probability that noise alone reaches the threshold (false-positive rate).
 const RARITY: f64 = 5e-4;
 /// Least threshold of log-odds from which on an effect counts as present.
@@ -221,6 +224,16 @@ impl<'a> JudgementContext<'a> {
         }
     }
 
+    /// Refuses candidates with a larger torque error than the nominal model has, however much of the motion they explain:
+    /// a drive whose torque is computed worse is another drive.
+    fn refuse_worse_torque(&self, clamped: &Fitted, ranking: &mut [Candidate]) {
+        for candidate in ranking.iter_mut().filter(|candidate| candidate.admissible).take(COMPARED) {
+            let error = TorqueError::of(self.block, !self.test.is_empty(), [clamped, &candidate.fitted]);
+            candidate.worse_torque = error.filter(TorqueError::rises).map(|error| [error.before, error.after]);
+            candidate.admissible &= candidate.worse_torque.is_none();
+        }
+    }
+
     fn judged(self, noise_from: NoiseFrom) -> BlockJudgement {
         let Found { null, clamped, scores, bank, dispersion, sets } = self.search(true);
         let library = self.library;
@@ -244,6 +257,7 @@ impl<'a> JudgementContext<'a> {
         self.compensate(dispersion, &mut ranking);
         self.add_deviations(dispersion, &mut ranking);
         self.add_adequacies(&null, &clamped, &mut ranking);
+        self.refuse_worse_torque(&clamped, &mut ranking);
         drop_without_held_out_gain(&mut ranking, dispersion);
         drop_over_parameterised(&mut ranking, library);
         let visibility = bank.visibility(&scores, library.len());

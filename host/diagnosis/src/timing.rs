@@ -191,6 +191,8 @@ fn answer(
     };
     let before = (found.value / noise).abs();
     BlockAnswer {
+        inadequate: Vec::new(),
+        possible: Vec::new(),
         block,
         answer: if present { DiagnosisVerdict::Named } else { DiagnosisVerdict::NoEffect },
         effects: if present { vec![effect] } else { Vec::new() },

@@ -12,6 +12,8 @@ use statrs::statistics::Statistics;
 
 /// Cut-off of the zero-phase low-pass for a drive alone, and for an axis of a robot \[Hz\].
 const CUTOFFS: [f64; 2] = [20.0, 10.0];
+/// Share by which a torque error may rise by chance.
+const RISE: f64 = 0.1;
 /// Time that is left out at both ends, where the low-pass rings \[s\].
 const ENDS: f64 = 0.1;
 
@@ -34,6 +36,11 @@ impl TorqueError {
         let measured = measured_rms(block, held_out, cutoff)?;
         let error = |fitted: &Fitted| Some(missing(block, held_out, &fitted.values(&block.base), cutoff)? / measured);
         Some(Self { before: error(before)?, after: error(after)?, cutoff_hz: cutoff })
+    }
+
+    /// Returns whether the error with the answer is larger by more than a tenth.
+    pub(crate) fn rises(&self) -> bool {
+        self.after > (1.0 + RISE) * self.before
     }
 }
 

@@ -2,7 +2,7 @@
 //! explains the motion, and withholds the verdict if none does.
 
 use super::{Blocks, Prepared, Subject};
-use crate::answer::{BlockAnswer, DiagnosisVerdict};
+use crate::answer::BlockAnswer;
 use crate::block::MeasuredBlock;
 use crate::block::drive::drive_block;
 use crate::inference::adequacy::ADEQUATE;
@@ -73,5 +73,5 @@ impl Blocks {
 
 /// Returns whether the motion of a block is explained.
 pub(super) fn is_explained(answer: &BlockAnswer) -> bool {
-    answer.answer != DiagnosisVerdict::NotInLibrary || answer.form.as_ref().is_some_and(|form| form.holds)
+    !answer.answer.is_open() || answer.form.as_ref().is_some_and(|form| form.holds)
 }

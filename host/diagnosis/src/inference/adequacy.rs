@@ -1,6 +1,7 @@
 //! Adequacy of a fit on held-out motion: the evidence ranks hypotheses, adequacy decides whether a cause is named.
 
 use super::bootstrap::{Pair, interval, interval_elsewhere};
+use super::evidence::log_normal_cdf;
 
 /// Mean square of whitened residuals up to which a fit is adequate, however many they are.
 pub(crate) const ADEQUATE: f64 = 1.3;
@@ -86,6 +87,28 @@ pub(crate) fn gain_elsewhere(motions: &[Pair<'_>], carried: [f64; 2]) -> Option<
     interval_elsewhere(motions, &shown, &gain_of)
 }
 
+/// Longest lag of the scatter's correlation, as a share of the samples.
+const LONGEST_LAG: f64 = 0.02;
+
+/// Returns the log-odds that one fit is closer to the data than another when neither is true, from their whitened
+/// residuals at the same samples: the difference of their squares against its scatter along the recording, with the
+/// correlation of neighbouring samples (Vuong, Econometrica 57 (1989) 307; Newey and West, Econometrica 55 (1987) 703).
+/// 0 for equal fits.
+pub(crate) fn log_odds_of_closeness(closer: &[f64], other: &[f64]) -> f64 {
+    let count = closer.len();
+    let difference: Vec<f64> = closer.iter().zip(other).map(|(own, other)| other * other - own * own).collect();
+    let sum: f64 = difference.iter().sum();
+    let mean = sum / count as f64;
+    let lags = (LONGEST_LAG * count as f64) as usize;
+    let product = |lag: usize| -> f64 {
+        difference.iter().zip(&difference[lag..]).map(|(a, b)| (a - mean) * (b - mean)).sum()
+    };
+    let weight = |lag: usize| 2.0 * (1.0 - lag as f64 / (lags + 1) as f64);
+    let scatter = product(0) + (1..=lags).map(|lag| weight(lag) * product(lag)).sum::<f64>();
+    let z = sum / scatter.max(f64::MIN_POSITIVE).sqrt();
+    if sum == 0.0 { 0.0 } else { log_normal_cdf(z) - log_normal_cdf(-z) }
+}
+
 /// Mean square.
 fn power(w: &[f64]) -> f64 {
     w.iter().map(|w| w * w).sum::<f64>() / w.len() as f64
@@ -141,6 +164,19 @@ mod tests {
         let [lo, hi] = of(&[[&none, &little], [&none, &much], [&none, &little]]).expect("three motions");
         assert!((0.0..0.05).contains(&lo) && (0.85..0.99).contains(&hi), "{lo} {hi}");
         assert_eq!(of(&[[&none, &much]]), None, "one motion does not determine others");
+    }
+
+    #[test]
+    fn closeness_is_as_sure_as_the_scatter_along_the_recording() {
+        let noise = |i: u32, k: f64| (f64::from(i) * k).sin() * 2_f64.sqrt();
+        let odds = |size: f64, beat: f64| {
+            let other = |i: u32| noise(i, 12.9898) + size * (1.0 + noise(i, beat));
+            let all = |of: &dyn Fn(u32) -> f64| (0..4000).map(of).collect::<Vec<f64>>();
+            log_odds_of_closeness(&all(&|i| noise(i, 12.9898)), &all(&other))
+        };
+        assert_eq!(odds(0.0, 0.1), 0.0);
+        assert!(odds(0.5, 0.1) > 20.0, "{}", odds(0.5, 0.1));
+        assert!((0.5..8.0).contains(&odds(0.5, 0.002)), "in one stretch: {}", odds(0.5, 0.002));
     }
 
     #[test]

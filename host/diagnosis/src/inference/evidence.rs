@@ -43,7 +43,7 @@ pub fn evidence(fitted: &Fitted, dispersion: f64) -> MarginalLikelihood {
 }
 
 /// log of the standard normal distribution function, far into its tail.
-fn log_normal_cdf(x: f64) -> f64 {
+pub(super) fn log_normal_cdf(x: f64) -> f64 {
     if x < -8.0 {
         // Mills' ratio.
         return -0.5 * x * x - (-x).ln() - 0.5 * std::f64::consts::TAU.ln() + (1.0 - 1.0 / (x * x)).ln();

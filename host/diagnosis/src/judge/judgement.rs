@@ -1,8 +1,8 @@
 //! Result of a block's judgement: candidates, null hypotheses and noise.
 
-use crate::admissibility::{has_nuisance_beyond_prior, penalty_of_nuisances};
+use crate::admissibility::{beyond_limits, has_nuisance_beyond_prior, penalty_of_nuisances};
+use crate::inference::adequacy::{ADEQUATE, Adequacy, log_odds_of_closeness};
 use crate::combine::price;
-use crate::inference::adequacy::Adequacy;
 use crate::inference::evidence::{MarginalLikelihood, greatest_nuisance_deviation};
 use crate::inference::fit::Fitted;
 use crate::inference::noise::Noise;
@@ -26,6 +26,9 @@ pub struct Candidate {
     pub by_input_noise: f64,
     /// Whether it is admissible; see `is_admissible`.
     pub admissible: bool,
+    /// Relative torque errors of the nominal model and with the candidate, where the candidate's is larger by more than
+    /// a tenth.
+    pub worse_torque: Option<[f64; 2]>,
     /// Whether it is admissible under the total uncertainty of its parameters, not under noise alone.
     pub sure: bool,
     /// Whitened residuals of held-out data; empty without any.
@@ -47,6 +50,7 @@ impl Candidate {
             log_odds,
             by_input_noise,
             admissible: true,
+            worse_torque: None,
             sure: true,
             held_out,
             adequacy: None,
@@ -69,6 +73,11 @@ impl Candidate {
         let covariance = &self.evidence.covariance;
         let scale = DVector::from_fn(self.deviations.len(), |i, _| self.deviations[i] / covariance[(i, i)].sqrt());
         covariance.component_mul(&(&scale * scale.transpose()))
+    }
+
+    /// Returns whether it is a fit that physics does not allow: a size beyond its limits, or a larger torque error.
+    pub(crate) fn is_impossible(&self) -> bool {
+        self.worse_torque.is_some() || beyond_limits(&self.fitted).next().is_some()
     }
 
     /// Returns the nuisance parameter with the greatest z-score.
@@ -126,14 +135,32 @@ impl BlockJudgement {
         self.ranking.iter().filter(|candidate| candidate.admissible)
     }
 
+    /// Returns the log-odds of a candidate against another, with the price of their effects.
+    ///
+    /// Where even the best hypothesis leaves more than noise, no hypothesis is true, and the evidence, which takes the
+    /// remainder for noise, is too sure. Then the log-odds are at most those with which the candidate is closer to the
+    /// data than the other, by the scatter of their difference along the recordings.
+    pub(crate) fn lead(&self, candidate: &Candidate, other: Option<&Candidate>, effects: usize) -> f64 {
+        let lead = candidate.score(effects) - other.map_or(0.0, |other| other.score(effects));
+        if self.dispersion < ADEQUATE || lead <= 0.0 {
+            return lead;
+        }
+        let other = other.map_or(&self.null, |other| &other.fitted);
+        lead.min(log_odds_of_closeness(candidate.fitted.residual.as_slice(), other.residual.as_slice()).max(0.0))
+    }
+
     /// Returns the probabilities of the admissible candidates in their order, for a library of `effects` effects. The
     /// remainder is the probability of no effect, or zero if that requires nuisance parameters beyond their priors.
     pub(crate) fn probabilities(&self, effects: usize) -> Vec<f64> {
-        let scores: Vec<f64> = self.admissible().map(|candidate| candidate.score(effects)).collect();
-        let top = scores.iter().copied().fold(0.0, f64::max);
-        let nothing = if has_nuisance_beyond_prior(&self.null) { 0.0 } else { (-top).exp() };
-        let all: f64 = nothing + scores.iter().map(|score| (score - top).exp()).sum::<f64>();
-        scores.iter().map(|score| (score - top).exp() / all).collect()
+        let Some(best) = self.admissible().max_by(|a, b| a.score(effects).total_cmp(&b.score(effects))) else {
+            return Vec::new();
+        };
+        let lag = |other: Option<&Candidate>| -self.lead(best, other, effects);
+        let lags: Vec<f64> = self.admissible().map(|candidate| lag(Some(candidate))).collect();
+        let nothing = if has_nuisance_beyond_prior(&self.null) { f64::NEG_INFINITY } else { lag(None) };
+        let top = nothing.max(0.0);
+        let all: f64 = (nothing - top).exp() + lags.iter().map(|lag| (lag - top).exp()).sum::<f64>();
+        lags.iter().map(|lag| (lag - top).exp() / all).collect()
     }
 
     /// Returns whether an admissible candidate is detected, and any explanation is more probable than none, for a
