@@ -37,7 +37,7 @@ fn crate_dependencies_are_allowed() {
     let own = |name: &str| {
         dependencies[name].iter().filter(|used| used.starts_with("softdock")).map(String::as_str).collect()
     };
-    let allowed: [(&str, &[&str]); 14] = [
+    let allowed: [(&str, &[&str]); 15] = [
         ("softdock-input", &[]),
         ("softdock-tracer", &["softdock-kernels"]),
         ("softdock-engine", &["softdock-kernels", "softdock-tracer"]),
@@ -77,6 +77,18 @@ fn crate_dependencies_are_allowed() {
                 "softdock-campaign",
                 "softdock-results",
                 "softdock-analysis",
+            ],
+        ),
+        // It reads recordings and renders pages as the diagnosis does.
+        (
+            "softdock-identify",
+            &[
+                "softdock-kernels",
+                "softdock-input",
+                "softdock-campaign",
+                "softdock-results",
+                "softdock-analysis",
+                "softdock-diagnosis",
             ],
         ),
         // Only the command may depend on the scored test set, which alone depends on both sides.

@@ -10,18 +10,18 @@ use softdock_diagnosis::command_line::CommandLine;
 use softdock_diagnosis::diagnosis::{Diagnosis, DiagnosisOptions, Judged};
 use softdock_diagnosis::experiment::ProposedExperiment;
 use softdock_diagnosis::hold_out::Every;
-use softdock_diagnosis::identify::excitation::{DesignOptions, design};
-use softdock_diagnosis::identify::files::{identification_files, motion_files};
-use softdock_diagnosis::identify::motion::Preparation;
-use softdock_diagnosis::identify::published_errors::read_published_errors;
-use softdock_diagnosis::identify::{identify as identify_robot, report};
 use softdock_diagnosis::result_files::FiguresAndFiles;
 use softdock_diagnosis::signals_text::signals_text;
 use softdock_diagnosis::subject::{DiagnosedModel, EXTENDED};
-use softdock_diagnosis::{answer_text, identify, isolability};
+use softdock_diagnosis::{answer_text, isolability};
 use softdock_engine::simulator::Simulator;
 use softdock_engine::{Choice, EngineError};
 use softdock_farm::{FarmError, ModelComparison, default_results, device_failure};
+use softdock_identify::excitation::{DesignOptions, design};
+use softdock_identify::files::{identification_files, motion_files};
+use softdock_identify::motion::Preparation;
+use softdock_identify::published_errors::read_published_errors;
+use softdock_identify::{IdentificationOptions, identify as identify_robot, report};
 use softdock_session::rehearsal::rehearse_runs;
 use std::path::{Path, PathBuf};
 
@@ -95,11 +95,7 @@ pub(crate) fn identify(args: &IdentifyArgs) -> Outcome {
 
 fn fit_robot(args: &RobotArgs, prior: &Robot) -> Result<(String, FiguresAndFiles, String), Failure> {
     let preparation = Preparation { cutoff: args.cutoff, period: args.period };
-    let options = identify::IdentificationOptions {
-        preparation,
-        lambda: args.weight,
-        ..identify::IdentificationOptions::default()
-    };
+    let options = IdentificationOptions { preparation, lambda: args.weight, ..IdentificationOptions::default() };
     let marks = args.marks.as_ref().map_or(Ok(Vec::new()), |path| read_published_errors(path, prior.joints.len()))?;
     let identified = identify_robot(prior, &paths(&args.logs), &paths(&args.validate), &options)?;
     let command = CommandLine::new("identify robot", std::slice::from_ref(&args.model)).more(&args.logs);

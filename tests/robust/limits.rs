@@ -181,8 +181,8 @@ fn pipes_devices_and_folders_in_the_place_of_files_are_rejected_at_once() {
     let robot = softdock_campaign::Robot::load(&workshop.path("c/models/kr300_r2500.toml")).expect("shipped");
     let answers = [
         softdock_diagnosis::recording::grid::read(&pipe, &rig).err(),
-        softdock_diagnosis::identify::log::Recording::read(&pipe, &robot).err(),
-        softdock_diagnosis::identify::published_errors::read_published_errors(&pipe, 6).err(),
+        softdock_identify::log::Recording::read(&pipe, &robot).err(),
+        softdock_identify::published_errors::read_published_errors(&pipe, 6).err(),
     ];
     for error in answers {
         let error = error.expect("a pipe");

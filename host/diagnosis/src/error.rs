@@ -55,16 +55,18 @@ impl DiagnosisError {
         }
     }
 
-    /// For `map_err` on the input of a recording.
-    pub(crate) fn input(error: softdock_input::InputError) -> Self {
+    /// Builds the error of a recording that cannot be read, for `map_err`.
+    pub fn input(error: softdock_input::InputError) -> Self {
         Self::log(error.path(), error.line(), error.what(), error.remedy())
     }
 
-    pub(crate) fn log(file: &Path, line: Option<usize>, what: impl Into<String>, remedy: impl Into<String>) -> Self {
+    /// Builds the error of a damaged recording: file, line number from 1 if known, what is wrong, what to do.
+    pub fn log(file: &Path, line: Option<usize>, what: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self::Log { file: file.to_owned(), line, what: what.into(), remedy: remedy.into() }
     }
 
-    pub(crate) fn unfit(what: impl Into<String>, remedy: impl Into<String>) -> Self {
+    /// Builds the error of recordings that are insufficient: what is wrong, what to do.
+    pub fn unfit(what: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self::Unfit { what: what.into(), remedy: remedy.into() }
     }
 }

@@ -1,4 +1,4 @@
-//! Identification of robots and diagnosis of model errors from recordings.
+//! Diagnosis of model errors from recordings.
 
 mod admissibility;
 pub mod answer;
@@ -14,7 +14,6 @@ pub mod experiment;
 pub mod extend;
 pub mod free_run;
 pub mod hold_out;
-pub mod identify;
 pub mod inference;
 pub mod isolability;
 mod judge;

@@ -13,8 +13,8 @@ pub struct FiguresAndFiles {
     pub files: Vec<ResultFile>,
 }
 
-/// Figures as readable JSON.
-pub(crate) fn readable(figures: &Value) -> String {
+/// Returns figures as readable JSON.
+pub fn readable(figures: &Value) -> String {
     serde_json::to_string_pretty(figures).expect("a value has string keys") + "\n"
 }
 

@@ -4,4 +4,4 @@ pub(crate) mod drive_log;
 pub mod grid;
 pub mod smooth;
 pub mod state;
-pub(crate) mod table;
+pub mod table;

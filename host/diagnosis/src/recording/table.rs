@@ -5,7 +5,7 @@ use std::path::Path;
 
 /// Treatment of a cell without a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Gaps {
+pub enum Gaps {
     /// The file is refused.
     Refused,
     /// It is a gap in the recording: NaN.
@@ -14,7 +14,7 @@ pub(crate) enum Gaps {
 
 /// Source of the column names.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Named<'a> {
+pub enum Named<'a> {
     /// The `[log]` of a model file.
     By(&'a str),
     /// Fixed names, with the remedy for a missing column.
@@ -22,18 +22,18 @@ pub(crate) enum Named<'a> {
 }
 
 /// The columns that are wanted of a file.
-pub(crate) struct Wanted<'a> {
+pub struct Wanted<'a> {
     /// Signal and column.
-    pub(crate) columns: Vec<(&'a str, &'a str)>,
+    pub columns: Vec<(&'a str, &'a str)>,
     /// Who names them.
-    pub(crate) named: Named<'a>,
+    pub named: Named<'a>,
     /// What is made of cells without a number.
-    pub(crate) gaps: Gaps,
+    pub gaps: Gaps,
 }
 
 impl Wanted<'_> {
     /// Reads the columns in their order: Parquet if the file name ends in `.parquet`, otherwise CSV.
-    pub(crate) fn read(&self, path: &Path) -> Result<Vec<Vec<f64>>> {
+    pub fn read(&self, path: &Path) -> Result<Vec<Vec<f64>>> {
         if is_parquet(path) { self.parquet(path) } else { self.csv(path) }
     }
 

@@ -1,7 +1,7 @@
 //! A designed motion: inside every limit, better than chance, and at rest where it begins.
 
 use crate::kr300;
-use softdock_diagnosis::identify::excitation::{DesignOptions, design};
+use softdock_identify::excitation::{DesignOptions, design};
 
 #[test]
 fn designed_motion_is_within_limits_and_better_than_random() {

@@ -1,11 +1,11 @@
 //! Base parameters: the parameter combinations that joint torques identify, by rank-revealing QR, and their least
 //! squares.
 
-use crate::identify::filter::Smoother;
-use crate::identify::layout::{INERTIAL, Layout};
-use crate::identify::motion::RecordedMotion;
-use crate::identify::regressor::rigid_regressor;
-use crate::identify::system::{System, rms};
+use crate::filter::Smoother;
+use crate::layout::{INERTIAL, Layout};
+use crate::motion::RecordedMotion;
+use crate::regressor::rigid_regressor;
+use crate::system::{System, rms};
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use softdock_campaign::Robot;
 use softdock_kernels::philox;

@@ -1,16 +1,16 @@
 //! Page and JSON summary of an identification.
 
 use crate::Result;
-use crate::identify::layout::Layout;
-use crate::identify::published_errors::PublishedErrors;
-use crate::identify::{Identification, RecordingComparison, TorqueComparison};
-use crate::template::render;
+use crate::layout::Layout;
+use crate::published_errors::PublishedErrors;
+use crate::{Identification, RecordingComparison, TorqueComparison};
 use serde::Serialize;
 use serde_json::{Value, json};
 use softdock_analysis::STYLE;
 use softdock_analysis::number::{digits_of, significant, unit_text};
 use softdock_analysis::plots::axis::Axis;
 use softdock_analysis::plots::figure::{Figure, Size, colour};
+use softdock_diagnosis::template::render;
 
 /// Points of a line on the page.
 const MOST_POINTS: usize = 700;
@@ -122,7 +122,7 @@ pub fn page(found: &Identification, marks: &[PublishedErrors], command: &str) ->
         command: command.to_owned(),
         joints: names,
     };
-    render("identify.html", include_str!("../page/identify.html"), &page)
+    render("identify.html", include_str!("page/identify.html"), &page)
 }
 
 fn percent(share: f64) -> String {
@@ -228,7 +228,7 @@ fn base_rows(found: &Identification) -> Vec<BaseRow> {
 }
 
 /// Returns the text of a parameter combination.
-fn combination(layout: &Layout, ls: &crate::identify::base::LeastSquares, index: usize, name: String) -> String {
+fn combination(layout: &Layout, ls: &crate::base::LeastSquares, index: usize, name: String) -> String {
     let others = ls.base.map.row(index);
     let parts = others.iter().enumerate().filter(|(at, factor)| *at != ls.base.independent[index] && **factor != 0.0);
     let parts: Vec<String> = parts
@@ -246,7 +246,7 @@ fn combination(layout: &Layout, ls: &crate::identify::base::LeastSquares, index:
 }
 
 fn score_rows(found: &Identification) -> Vec<ScoreRow> {
-    let row = |score: &crate::identify::choose::CrossValidationScore| ScoreRow {
+    let row = |score: &crate::choose::CrossValidationScore| ScoreRow {
         lambda: significant(score.lambda, 2),
         mean: percent(score.mean()),
         errors: score.errors.iter().map(|error| percent(*error)).collect(),
@@ -256,7 +256,7 @@ fn score_rows(found: &Identification) -> Vec<ScoreRow> {
 }
 
 fn elasticity_rows(found: &Identification) -> Vec<ElasticityRow> {
-    let row = |row: &crate::identify::elasticity::Elasticity| ElasticityRow {
+    let row = |row: &crate::elasticity::Elasticity| ElasticityRow {
         joint: found.robot.joints[row.joint].name.clone(),
         difference: digits_of(row.difference_rad.to_degrees(), 3),
         lag: digits_of(1e3 * row.lag_s, 3),

@@ -4,11 +4,11 @@
 use crate::kr300;
 use nalgebra::{Isometry3, Matrix3, Matrix6, Rotation3, Translation3, UnitQuaternion, Vector3, Vector6};
 use softdock_campaign::Robot;
-use softdock_diagnosis::identify::excitation::{DesignOptions, design};
-use softdock_diagnosis::identify::log::Recording;
-use softdock_diagnosis::identify::motion::Preparation;
-use softdock_diagnosis::identify::series::Series;
-use softdock_diagnosis::identify::{IdentificationOptions, identify_recordings};
+use softdock_identify::excitation::{DesignOptions, design};
+use softdock_identify::log::Recording;
+use softdock_identify::motion::Preparation;
+use softdock_identify::series::Series;
+use softdock_identify::{IdentificationOptions, identify_recordings};
 use softdock_kernels::philox;
 use std::collections::BTreeMap;
 

@@ -1,12 +1,12 @@
 //! Result files of an identification and of a designed motion.
 
+use crate::Identification;
 use crate::Result;
-use crate::identify::Identification;
-use crate::identify::excitation::Excitation;
-use crate::identify::published_errors::PublishedErrors;
-use crate::identify::{motion_page, report};
-use crate::result_files::{FiguresAndFiles, readable};
+use crate::excitation::Excitation;
+use crate::published_errors::PublishedErrors;
+use crate::{motion_page, report};
 use softdock_campaign::Robot;
+use softdock_diagnosis::result_files::{FiguresAndFiles, readable};
 use softdock_results::ResultFile;
 
 /// Time between set points of a designed motion \[s\]: the stock interface of an industrial robot.

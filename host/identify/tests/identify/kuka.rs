@@ -2,13 +2,13 @@
 
 use crate::{kr300, root};
 use softdock_campaign::Robot;
-use softdock_diagnosis::identify::consistent::pseudo_inertia;
-use softdock_diagnosis::identify::layout::INERTIAL;
-use softdock_diagnosis::identify::log::Recording;
-use softdock_diagnosis::identify::model::predicted;
-use softdock_diagnosis::identify::motion::RecordedMotion;
-use softdock_diagnosis::identify::published_errors::read_published_errors;
-use softdock_diagnosis::identify::{IdentificationOptions, identify};
+use softdock_identify::consistent::pseudo_inertia;
+use softdock_identify::layout::INERTIAL;
+use softdock_identify::log::Recording;
+use softdock_identify::model::predicted;
+use softdock_identify::motion::RecordedMotion;
+use softdock_identify::published_errors::read_published_errors;
+use softdock_identify::{IdentificationOptions, identify};
 
 /// Relative errors in per cent that a good model of these recordings reaches.
 const GOAL: [f64; 6] = [50.0, 38.0, 13.0, 42.0, 17.0, 25.0];

@@ -1,7 +1,7 @@
 //! Preprocessed recording: smoothed angles with their derivatives, and torques through the same filter.
 
-use crate::identify::filter::{Smoother, period_mean};
-use crate::identify::log::Recording;
+use crate::filter::{Smoother, period_mean};
+use crate::log::Recording;
 use crate::{DiagnosisError, Result};
 use softdock_kernels::manipulator::bristle;
 

@@ -1,8 +1,8 @@
 //! Hyper-parameters by cross-validation within the fitted recordings: weight of the a-priori robot, friction shapes.
 
-use crate::identify::consistent::RobotPrior;
-use crate::identify::motion::RecordedMotion;
-use crate::identify::system::{FrictionShape, Rows, System};
+use crate::consistent::RobotPrior;
+use crate::motion::RecordedMotion;
+use crate::system::{FrictionShape, Rows, System};
 use nalgebra::{DMatrix, DVector};
 
 /// Blocks of consecutive samples; each is predicted from the others.

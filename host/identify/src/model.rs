@@ -1,8 +1,8 @@
 //! Robot model from identified parameters, and predicted torques of a motion.
 
-use crate::identify::layout::{INERTIAL, Layout};
-use crate::identify::motion::RecordedMotion;
-use crate::identify::system::FrictionShape;
+use crate::layout::{INERTIAL, Layout};
+use crate::motion::RecordedMotion;
+use crate::system::FrictionShape;
 use nalgebra::DVector;
 use softdock_campaign::Robot;
 use softdock_kernels::manipulator::{Counterweight, Manipulator, inverse_dynamics};

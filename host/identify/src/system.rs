@@ -1,8 +1,8 @@
 //! Overdetermined equations of all samples, joint by joint: measured torque = regressor row * parameters.
 
-use crate::identify::layout::Layout;
-use crate::identify::motion::RecordedMotion;
-use crate::identify::regressor::rigid_regressor;
+use crate::layout::Layout;
+use crate::motion::RecordedMotion;
+use crate::regressor::rigid_regressor;
 use nalgebra::{DMatrix, DVector};
 use softdock_campaign::Robot;
 

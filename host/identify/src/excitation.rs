@@ -4,10 +4,10 @@
 //! Limits are kept by construction (angle, speed, acceleration) or by a penalty (torque, workspace); the condition
 //! number of the base-parameter regressor is lowered by random starts and an evolution strategy with one parent.
 
-use crate::identify::base::Base;
-use crate::identify::layout::{INERTIAL, Layout};
-use crate::identify::regressor::rigid_regressor;
-use crate::identify::series::Series;
+use crate::base::Base;
+use crate::layout::{INERTIAL, Layout};
+use crate::regressor::rigid_regressor;
+use crate::series::Series;
 use crate::{DiagnosisError, Result};
 use nalgebra::DMatrix;
 use softdock_analysis::number::significant;

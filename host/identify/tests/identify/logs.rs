@@ -2,8 +2,8 @@
 
 use crate::kr300;
 use softdock_campaign::Robot;
-use softdock_diagnosis::identify::log::Recording;
-use softdock_diagnosis::identify::{IdentificationOptions, identify};
+use softdock_identify::log::Recording;
+use softdock_identify::{IdentificationOptions, identify};
 use softdock_results::{Column, ColumnKind, Table, Values, write_table};
 use std::path::PathBuf;
 

@@ -3,7 +3,7 @@
 //! Each link's force and moment about its own frame's origin, in its own axes, then moved to the joints below it.
 //! Khalil, Dombre, Modeling, Identification and Control of Robots (2002), ch. 12.
 
-use crate::identify::layout::INERTIAL;
+use crate::layout::INERTIAL;
 use softdock_kernels::manipulator::{Joint, Manipulator};
 use softdock_kernels::vector::{Mat3, Pose, Quat, Vec3, vec3};
 

@@ -5,7 +5,7 @@
 //! not depend on units or axes, and leads unexcited directions to the a-priori values. Lee, Wensing, Park, Geometric
 //! robot dynamic identification: a convex programming approach, IEEE T-RO 36 (2020); Wensing, Kim, Slotine (2018).
 
-use crate::identify::layout::{INERTIAL, Layout};
+use crate::layout::{INERTIAL, Layout};
 use nalgebra::{Cholesky, DMatrix, DVector, Matrix3, Matrix4};
 use softdock_campaign::Robot;
 use softdock_kernels::vector::Sym3;

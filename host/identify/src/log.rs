@@ -1,9 +1,9 @@
 //! Recordings in CSV or Parquet, mapped by the model file's `[log]` to joint-side SI units.
 
-use crate::recording::table::{Gaps, Named, Wanted};
 use crate::{DiagnosisError, Result};
 use softdock_campaign::Robot;
 use softdock_campaign::robot::{Channel, Quantity};
+use softdock_diagnosis::recording::table::{Gaps, Named, Wanted};
 use std::collections::BTreeMap;
 use std::path::Path;
 

@@ -2,11 +2,11 @@
 
 use crate::kr300;
 use nalgebra::{DMatrix, DVector};
-use softdock_diagnosis::identify::base::Base;
-use softdock_diagnosis::identify::layout::{INERTIAL, Layout};
-use softdock_diagnosis::identify::model::identified;
-use softdock_diagnosis::identify::regressor::rigid_regressor;
-use softdock_diagnosis::identify::system::shapes;
+use softdock_identify::base::Base;
+use softdock_identify::layout::{INERTIAL, Layout};
+use softdock_identify::model::identified;
+use softdock_identify::regressor::rigid_regressor;
+use softdock_identify::system::shapes;
 use softdock_kernels::manipulator::rigid_torques;
 use softdock_kernels::philox;
 

@@ -1,9 +1,9 @@
 //! Gear stiffness from the difference of the motor-side and link-side encoders.
 
-use crate::identify::filter::Smoother;
-use crate::identify::log::Recording;
-use crate::identify::model::predicted;
-use crate::identify::motion::{Preparation, RecordedMotion};
+use crate::filter::Smoother;
+use crate::log::Recording;
+use crate::model::predicted;
+use crate::motion::{Preparation, RecordedMotion};
 use serde::Serialize;
 use softdock_campaign::Robot;
 
@@ -83,7 +83,7 @@ fn split(joint: usize, load: Vec<f64>, rate: &[f64], difference: Vec<f64>) -> El
     let cross = product(&load, &rest);
     Elasticity {
         joint,
-        difference_rad: crate::identify::system::rms(&difference),
+        difference_rad: crate::system::rms(&difference),
         lag_s,
         explained_by_lag: 1.0 - power(&rest) / power(&difference),
         stiffness_n_m_per_rad: power(&load) / cross,

@@ -1,7 +1,7 @@
 //! Files of a designed motion: set points in the robot's own columns, page and JSON summary.
 
 use crate::Result;
-use crate::identify::excitation::{Excitation, Uses};
+use crate::excitation::{Excitation, Uses};
 use minijinja::Environment;
 use minijinja::syntax::SyntaxConfig;
 use minijinja::value::Serde;
@@ -56,7 +56,7 @@ pub fn csv(robot: &Robot, motion: &Excitation, step: f64) -> String {
 
 /// Returns the JSON summary: coefficients, condition number, use of the limits.
 pub fn summary(robot: &Robot, motion: &Excitation) -> Value {
-    let joint = |(series, facts): (&crate::identify::series::Series, &softdock_campaign::robot::JointFacts)| {
+    let joint = |(series, facts): (&crate::series::Series, &softdock_campaign::robot::JointFacts)| {
         json!({
             "joint": facts.name, "mean_rad": series.mean,
             "cosine_rad": series.coefficients.iter().map(|c| c.0).collect::<Vec<_>>(),
@@ -108,7 +108,7 @@ pub fn page(robot: &Robot, motion: &Excitation, command: &str) -> Result<String>
     let mut environment = Environment::new();
     let syntax = SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build();
     environment.set_syntax(syntax.map_err(softdock_analysis::AnalysisError::from)?);
-    let template = environment.template_from_str(include_str!("../page/motion.html"));
+    let template = environment.template_from_str(include_str!("page/motion.html"));
     let template = template.map_err(softdock_analysis::AnalysisError::from)?;
     Ok(template.render(Serde(&page)).map_err(softdock_analysis::AnalysisError::from)?)
 }

@@ -20,20 +20,23 @@ pub mod series;
 pub mod system;
 pub mod whiteness;
 
-use crate::identify::base::{Base, LeastSquares};
-use crate::identify::choose::{CrossValidationScore, Folds};
-use crate::identify::consistent::RobotPrior;
-use crate::identify::elasticity::{Elasticity, elasticity};
-use crate::identify::layout::Layout;
-use crate::identify::log::Recording;
-use crate::identify::model::{identified, predicted};
-use crate::identify::motion::{Preparation, RecordedMotion};
-use crate::identify::system::{FrictionShape, System, rms, shapes};
-use crate::identify::whiteness::Whiteness;
-use crate::{DiagnosisError, Result};
+use crate::base::{Base, LeastSquares};
+use crate::choose::{CrossValidationScore, Folds};
+use crate::consistent::RobotPrior;
+use crate::elasticity::{Elasticity, elasticity};
+use crate::layout::Layout;
+use crate::log::Recording;
+use crate::model::{identified, predicted};
+use crate::motion::{Preparation, RecordedMotion};
+use crate::system::{FrictionShape, System, rms, shapes};
+use crate::whiteness::Whiteness;
 use nalgebra::DVector;
 use softdock_campaign::Robot;
+use softdock_diagnosis::DiagnosisError;
 use std::path::Path;
+
+/// Result with the error of a recording or an identification.
+pub(crate) type Result<T> = std::result::Result<T, DiagnosisError>;
 
 /// Options of an identification.
 #[derive(Clone, Copy, Debug, PartialEq)]
