@@ -5,15 +5,17 @@ use crate::terminal::{Exit, Failure, Format, Outcome, print, warn, write};
 use crate::values::{named, positive};
 use clap::{Args, Subcommand};
 use softdock_campaign::Robot;
-use softdock_diagnosis::answer::DiagnosisVerdict;
-use softdock_diagnosis::command_line::CommandLine;
-use softdock_diagnosis::diagnosis::{Diagnosis, DiagnosisOptions, Judged};
-use softdock_diagnosis::experiment::ProposedExperiment;
-use softdock_diagnosis::hold_out::Every;
-use softdock_diagnosis::result_files::FiguresAndFiles;
-use softdock_diagnosis::signals_text::signals_text;
+use softdock_diagnosis::data::hold_out::Every;
+use softdock_diagnosis::diagnosis::{Diagnosis, DiagnosisOptions};
+use softdock_diagnosis::model::isolability;
+use softdock_diagnosis::propose::experiment::ProposedExperiment;
+use softdock_diagnosis::report::command_line::CommandLine;
+use softdock_diagnosis::report::result_files::FiguresAndFiles;
+use softdock_diagnosis::report::signals_text::signals_text;
+use softdock_diagnosis::report::text;
 use softdock_diagnosis::subject::{DiagnosedModel, EXTENDED};
-use softdock_diagnosis::{answer_text, isolability};
+use softdock_diagnosis::verdict::answer::DiagnosisVerdict;
+use softdock_diagnosis::verdict::judged::Judged;
 use softdock_engine::simulator::Simulator;
 use softdock_engine::{Choice, EngineError};
 use softdock_farm::{FarmError, ModelComparison, default_results, device_failure};
@@ -218,7 +220,7 @@ pub(crate) fn diagnose(args: &DiagnoseArgs) -> Outcome {
         work.figures["comparison"] = comparison.json();
     }
     let comparison = comparison.map_or_else(String::new, |comparison| comparison.text() + "\n");
-    args.format.print(|| work.figures, || format!("{}\n\n{comparison}{written}", answer_text::text(&diagnosis)));
+    args.format.print(|| work.figures, || format!("{}\n\n{comparison}{written}", text::text(&diagnosis)));
     Ok(Exit::Done)
 }
 

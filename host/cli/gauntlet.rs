@@ -9,7 +9,7 @@ use softdock_bench::plan::{Case, Extent, Wanted, plan, shard};
 use softdock_bench::record::Ledger;
 use softdock_bench::score::{score, scored};
 use softdock_bench::{GauntletError, summary_text};
-use softdock_diagnosis::command_line::CommandLine;
+use softdock_diagnosis::report::command_line::CommandLine;
 use softdock_farm::{Part, default_results};
 use std::path::{Path, PathBuf};
 

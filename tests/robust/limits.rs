@@ -180,7 +180,7 @@ fn pipes_devices_and_folders_in_the_place_of_files_are_rejected_at_once() {
     let rig = softdock_campaign::Rig::load(&workshop.path("c/rigs/cube_toss.toml")).expect("shipped");
     let robot = softdock_campaign::Robot::load(&workshop.path("c/models/kr300_r2500.toml")).expect("shipped");
     let answers = [
-        softdock_diagnosis::recording::grid::read(&pipe, &rig).err(),
+        softdock_diagnosis::data::grid::read(&pipe, &rig).err(),
         softdock_identify::log::Recording::read(&pipe, &robot).err(),
         softdock_identify::published_errors::read_published_errors(&pipe, 6).err(),
     ];

@@ -4,7 +4,7 @@ use crate::mutations::{Stream, mutate, sealed_again};
 use crate::watchdog::Watchdog;
 use crate::workshop::{Workshop, copy, root};
 use softdock_campaign::{Campaign, Cases, Rig, Robot, Scenario, Station, manifest};
-use softdock_diagnosis::recording::grid;
+use softdock_diagnosis::data::grid;
 use softdock_identify::log::Recording;
 use softdock_identify::published_errors::read_published_errors;
 use softdock_realtime::log::mcap::Setup;

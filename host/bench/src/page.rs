@@ -11,7 +11,7 @@ use softdock_analysis::STYLE;
 use softdock_analysis::number::significant;
 use softdock_analysis::plots::axis::Axis;
 use softdock_analysis::plots::figure::{Figure, Size, colour};
-use softdock_diagnosis::template::render;
+use softdock_diagnosis::report::template::render;
 use std::collections::{BTreeMap, BTreeSet};
 
 #[derive(Serialize)]

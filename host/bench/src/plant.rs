@@ -330,9 +330,9 @@ pub fn hides_others(id: &str) -> bool {
 mod tests {
     use super::*;
     use crate::recordings_folder::{RecordingsFolder, read};
-    use softdock_diagnosis::block::MeasuredBlock;
     use softdock_diagnosis::diagnosis::DiagnosisOptions;
-    use softdock_diagnosis::library::Hypothesis;
+    use softdock_diagnosis::model::block::MeasuredBlock;
+    use softdock_diagnosis::model::hypothesis::Hypothesis;
     use softdock_gauntlet::{NoiseColour, generate};
     use softdock_kernels::effects::share_group;
 

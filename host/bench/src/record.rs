@@ -4,7 +4,7 @@ use crate::oracle::DetectionLimit;
 use crate::{GauntletError, Result};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
-use softdock_diagnosis::answer::DiagnosisVerdict;
+use softdock_diagnosis::verdict::answer::DiagnosisVerdict;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{File, OpenOptions};
 use std::io::Write;

@@ -2,8 +2,8 @@
 
 use crate::{GauntletError, Result};
 use softdock_campaign::{FileKind, Problems, Rig, Scenario, kind};
-use softdock_diagnosis::block::facility::FacilityModel;
 use softdock_diagnosis::diagnosis::{DiagnosisOptions, Prepared, prepare, prepare_facility};
+use softdock_diagnosis::plants::facility::block::FacilityModel;
 use softdock_gauntlet::Set;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;

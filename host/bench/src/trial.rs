@@ -12,10 +12,11 @@ use crate::recordings_folder::{RecordingsFolder, read};
 use crate::seal::{SealedTruth, seal};
 use crate::true_gain::true_gain;
 use crate::{GauntletError, Result};
-use softdock_diagnosis::answer::{BlockAnswer, Bounds, EffectFound};
-use softdock_diagnosis::diagnosis::{Diagnosis, DiagnosisOptions, Judged};
-use softdock_diagnosis::experiment::ProposedExperiment;
+use softdock_diagnosis::diagnosis::{Diagnosis, DiagnosisOptions};
 use softdock_diagnosis::inference::evidence::evidence;
+use softdock_diagnosis::propose::experiment::ProposedExperiment;
+use softdock_diagnosis::verdict::answer::{BlockAnswer, Bounds, EffectFound};
+use softdock_diagnosis::verdict::judged::Judged;
 use softdock_gauntlet::{CommandedPath, EffectCase, Hidden, Stronger, follow, further, generate};
 use softdock_kernels::effects::code;
 use std::path::Path;
@@ -292,7 +293,7 @@ fn estimates(found: &EffectFound, judged: &Judged) -> std::collections::BTreeMap
     let is_own = |number: &usize| library[*number].effect.id == found.id;
     let with = judgement.ranking.iter().find(|c| c.admissible && c.hypotheses.iter().any(is_own));
     let curvature = with.map(|candidate| (candidate, evidence(&candidate.fitted, 1.0).covariance));
-    let of = |(name, estimate): (&String, &softdock_diagnosis::answer::ParameterEstimate)| {
+    let of = |(name, estimate): (&String, &softdock_diagnosis::verdict::answer::ParameterEstimate)| {
         let place = curvature.as_ref().and_then(|(candidate, covariance)| {
             let place = candidate.fitted.unknowns.iter().position(|unknown| unknown.name == *name)?;
             let (unknown, z) = (&candidate.fitted.unknowns[place], candidate.fitted.z[place]);

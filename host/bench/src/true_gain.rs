@@ -3,9 +3,10 @@
 use crate::record::TrueGain;
 use crate::recordings_folder::{files, read};
 use crate::{GauntletError, Result};
-use softdock_diagnosis::block::MeasuredBlock;
-use softdock_diagnosis::diagnosis::{DiagnosisOptions, Judged};
+use softdock_diagnosis::diagnosis::DiagnosisOptions;
 use softdock_diagnosis::inference::noise::Noise;
+use softdock_diagnosis::model::block::MeasuredBlock;
+use softdock_diagnosis::verdict::judged::Judged;
 use softdock_gauntlet::Further;
 use std::path::Path;
 

@@ -1,24 +1,25 @@
 //! Diagnosis from a model and recordings to an answer: blocks, convergence of the step, judgement, decision.
 
-use crate::answer::{BlockAnswer, DiagnosisVerdict, EffectFound, Gain, NotVisible, Residual, RuledOut};
-use crate::block::MeasuredBlock;
-use crate::block::controller::torques_between;
-use crate::block::facility::FacilityModel;
-use crate::decide::decide;
-use crate::experiment::ProposedExperiment;
-use crate::free_run::FreeRun;
-use crate::hold_out::Every;
-use crate::isolability::BlockView;
-use crate::judge::{BlockJudgement, Candidate, explains_better, judge, numerical_error};
-use crate::library::Hypothesis;
-use crate::packets;
-use crate::recording::drive_log::DriveLog;
-use crate::recording::grid::{Finding, Piece};
-use crate::timing;
-use crate::torque_error::TorqueError;
-use crate::unit_checks::check_units;
-use crate::unmodelled::{Unmodelled, is_simpler};
-use crate::variance::excess_noise;
+use crate::data::drive_log::DriveLog;
+use crate::data::grid::{Finding, Piece};
+use crate::data::hold_out::Every;
+use crate::inference::judge::{explains_better, judge, numerical_error};
+use crate::inference::unmodelled::is_simpler;
+use crate::model::block::MeasuredBlock;
+use crate::model::hypothesis::Hypothesis;
+use crate::model::isolability::BlockView;
+use crate::plants::command::packets;
+use crate::plants::command::timing;
+use crate::plants::drive::controller::torques_between;
+use crate::plants::drive::dictionary::forms;
+use crate::plants::drive::unit_checks::check_units;
+use crate::plants::facility::block::FacilityModel;
+use crate::plants::sensor::excess_noise::excess_noise;
+use crate::propose::experiment::ProposedExperiment;
+use crate::verdict::answer::{BlockAnswer, DiagnosisVerdict, EffectFound, Gain, NotVisible, Residual, RuledOut};
+use crate::verdict::decide::decide;
+use crate::verdict::free_run::FreeRun;
+use crate::verdict::judged::{Blocks, Judged};
 use crate::{DiagnosisError, Result};
 use serde::Serialize;
 use softdock_campaign::Rig;
@@ -123,43 +124,6 @@ pub struct Diagnosis {
     pub numerical_error: Vec<f64>,
 }
 
-/// Judgement of a block, for the page of the diagnosis.
-pub struct Judged {
-    /// The block.
-    pub block: MeasuredBlock,
-    /// Its library.
-    pub library: Vec<Hypothesis>,
-    /// Judgement of the block.
-    pub judgement: BlockJudgement,
-    /// Model error that no cause of the library explains.
-    pub outside: Option<Unmodelled>,
-}
-
-impl Judged {
-    /// Returns the fit of an answer: of the named causes, or of the form outside the library.
-    pub fn found(&self, answer: &BlockAnswer) -> Option<&Candidate> {
-        let named = self.judgement.ranking.iter().find(|candidate| candidate.admissible && !answer.effects.is_empty());
-        let form = self.outside.as_ref().and_then(|outside| outside.form.as_ref());
-        named.or(form.map(|form| &form.candidate))
-    }
-
-    /// Returns the answer with the form of its model error, if no cause of the library explains it.
-    fn looked_outside(&mut self, answer: BlockAnswer, prismatic: bool) -> BlockAnswer {
-        let is_outside = answer.answer == DiagnosisVerdict::NotInLibrary;
-        self.outside = is_outside.then(|| Unmodelled::of(&self.block, &self.library, &self.judgement));
-        match self.outside.as_ref().and_then(|outside| outside.form.as_ref()) {
-            Some(form) => answer.with_form(form, prismatic),
-            None => answer,
-        }
-    }
-
-    fn torque_error(&self, answer: &BlockAnswer) -> Option<TorqueError> {
-        let before = &self.judgement.clamped;
-        let after = self.found(answer).map_or(before, |found| &found.fitted);
-        TorqueError::of(&self.block, answer.held_out, [before, after])
-    }
-}
-
 impl Prepared {
     fn new(
         subject: Subject,
@@ -252,12 +216,13 @@ impl Prepared {
             let is_left_out = |hypothesis: &Hypothesis| self.without.iter().any(|id| id == hypothesis.effect.id);
             let (missing, library): (Vec<Hypothesis>, Vec<Hypothesis>) = library.into_iter().partition(is_left_out);
             let missing: Vec<&'static str> = missing.iter().map(|hypothesis| hypothesis.effect.id).collect();
+            let dictionary = forms(&block);
             let judgement = judge(&block, &finer, &library).ok_or_else(|| silent(&block))?;
             let mut answer = decide(&block, &library, &missing, &judgement, prismatic);
-            if answer.answer.names() && is_simpler(&block, &library, &judgement) {
+            if answer.answer.names() && is_simpler(&block, &library, &dictionary, &judgement) {
                 answer = answer.without_name();
             }
-            let mut own = Judged { block, library, judgement, outside: None };
+            let mut own = Judged { block, library, dictionary, judgement, outside: None };
             answer = own.looked_outside(answer, prismatic);
             answer.torque_error = own.torque_error(&answer);
             if let Some(found) = own.found(&answer).filter(|_| own.block.section.is(BlockKind::Controller)) {
@@ -353,15 +318,6 @@ impl Prepared {
             usual = usual.or(Some(Usual { block: longer.0, library: longer.1, error }));
         }
     }
-}
-
-/// Answers of all blocks.
-#[derive(Default)]
-struct Blocks {
-    answers: Vec<BlockAnswer>,
-    judged: Vec<Judged>,
-    /// Mean square of what a step of half the length changes in the whitened residuals.
-    errors: Vec<f64>,
 }
 
 /// A block in steps that are short enough.

@@ -1,11 +1,13 @@
 //! Diagnosed model: a rig, or a whole facility by its scenario or campaign; from its file to the files of the answer.
 
-use crate::block::facility::FacilityModel;
-use crate::diagnosis::{Diagnosis, DiagnosisOptions, Judged, Prepared, prepare, prepare_facility};
-use crate::experiment::ProposedExperiment;
-use crate::next_drive::next_drive;
-use crate::result_files::{FiguresAndFiles, readable};
-use crate::{Result, answer_text, diagnosis_page, extend, unmodelled};
+use crate::Result;
+use crate::diagnosis::{Diagnosis, DiagnosisOptions, Prepared, prepare, prepare_facility};
+use crate::plants::facility::block::FacilityModel;
+use crate::propose::experiment::ProposedExperiment;
+use crate::propose::next_drive::next_drive;
+use crate::report::result_files::{FiguresAndFiles, readable};
+use crate::report::{extend, missing_torque, page, text};
+use crate::verdict::judged::Judged;
 use softdock_campaign::{Campaign, FileKind, Problems, Rig, Scenario};
 use softdock_results::ResultFile;
 use std::path::Path;
@@ -81,7 +83,7 @@ impl DiagnosedModel {
     ) -> Result<Option<ProposedExperiment>> {
         match self {
             Self::Rig(_) => Ok(None),
-            Self::Facility(facility) => next_drive(facility, diagnosis, judged, rehearsed),
+            Self::Facility(facility) => next_drive(facility, &diagnosis.blocks, judged, rehearsed),
         }
     }
 
@@ -92,7 +94,7 @@ impl DiagnosedModel {
     pub fn files(&self, diagnosis: &Diagnosis, judged: &[Judged], command: &str) -> Result<FiguresAndFiles> {
         let figures = serde_json::to_value(diagnosis).expect("a diagnosis has string keys");
         let mut files = vec![
-            ResultFile::new("diagnosis.html", diagnosis_page::page(self.title(), diagnosis, judged, command)?),
+            ResultFile::new("diagnosis.html", page::page(self.title(), diagnosis, judged, command)?),
             ResultFile::new("diagnosis.json", readable(&figures)),
         ];
         let (is_facility, (text, beside)) = match self {
@@ -105,13 +107,13 @@ impl DiagnosedModel {
         }
         files.extend(diagnosis.proposed.as_ref().map(|experiment| {
             let asked = experiment.run.zip(self.campaign()).map(|(run, campaign)| {
-                let why = format!("{} Made by `{command}`.", answer_text::headline(diagnosis));
+                let why = format!("{} Made by `{command}`.", text::headline(diagnosis));
                 campaign.experiment_text(&why, run, experiment.repeats)
             });
             ResultFile::new(experiment.file(), asked.unwrap_or_else(|| experiment.csv()))
         }));
         let outside = judged.iter().filter_map(|judged| judged.outside.as_ref());
-        files.extend(unmodelled::table(outside).map(|text| ResultFile::new("missing_torque.csv", text)));
+        files.extend(missing_torque::table(outside).map(|text| ResultFile::new("missing_torque.csv", text)));
         Ok(FiguresAndFiles { figures, files })
     }
 }

@@ -6,7 +6,7 @@ use crate::excitation::Excitation;
 use crate::published_errors::PublishedErrors;
 use crate::{motion_page, report};
 use softdock_campaign::Robot;
-use softdock_diagnosis::result_files::{FiguresAndFiles, readable};
+use softdock_diagnosis::report::result_files::{FiguresAndFiles, readable};
 use softdock_results::ResultFile;
 
 /// Time between set points of a designed motion \[s\]: the stock interface of an industrial robot.

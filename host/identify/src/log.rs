@@ -3,7 +3,7 @@
 use crate::{DiagnosisError, Result};
 use softdock_campaign::Robot;
 use softdock_campaign::robot::{Channel, Quantity};
-use softdock_diagnosis::recording::table::{Gaps, Named, Wanted};
+use softdock_diagnosis::data::table::{Gaps, Named, Wanted};
 use std::collections::BTreeMap;
 use std::path::Path;
 

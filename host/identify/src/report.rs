@@ -10,7 +10,7 @@ use softdock_analysis::STYLE;
 use softdock_analysis::number::{digits_of, significant, unit_text};
 use softdock_analysis::plots::axis::Axis;
 use softdock_analysis::plots::figure::{Figure, Size, colour};
-use softdock_diagnosis::template::render;
+use softdock_diagnosis::report::template::render;
 
 /// Points of a line on the page.
 const MOST_POINTS: usize = 700;

@@ -6,7 +6,7 @@ use crate::{GauntletError, Result};
 use nalgebra::DMatrix;
 use softdock_campaign::Rig;
 use softdock_campaign::rig::{DriveRig, RigModel};
-use softdock_diagnosis::recording::grid::{Piece, read};
+use softdock_diagnosis::data::grid::{Piece, read};
 use std::collections::BTreeMap;
 use std::path::Path;
 

@@ -3,12 +3,13 @@
 
 use crate::{GauntletError, Result};
 use nalgebra::{DMatrix, DVector};
-use softdock_diagnosis::block::{BlockRecordings, MeasuredBlock};
 use softdock_diagnosis::inference::bank::{Bank, Projector};
 use softdock_diagnosis::inference::fit::Fitted;
 use softdock_diagnosis::inference::noise::Noise;
-use softdock_diagnosis::inference::unknown::applied;
-use softdock_diagnosis::library::Hypothesis;
+use softdock_diagnosis::inference::recordings::BlockRecordings;
+use softdock_diagnosis::model::block::MeasuredBlock;
+use softdock_diagnosis::model::hypothesis::Hypothesis;
+use softdock_diagnosis::model::unknown::applied;
 
 /// Step of difference quotients, in standard deviations.
 const STEP: f64 = 2e-3;

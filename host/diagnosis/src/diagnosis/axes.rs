@@ -1,10 +1,10 @@
 //! Loads of the axes of a robot: computed with the gears of the model first, then with the identified gears.
 
-use super::torque::is_explained;
-use super::{Blocks, Judged, Prepared};
-use crate::block::robot::{Loads, loads};
-use crate::inference::unknown::Role;
-use crate::torque_error::lacking;
+use crate::diagnosis::Prepared;
+use crate::inference::torque_error::lacking;
+use crate::model::unknown::Role;
+use crate::plants::robot::block::{Loads, loads};
+use crate::verdict::judged::{Blocks, Judged, is_explained};
 use softdock_campaign::rig::{RigModel, RobotRig};
 use softdock_kernels::block::drive::DriveValues;
 use softdock_kernels::fields::from_slice;

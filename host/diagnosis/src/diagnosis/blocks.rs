@@ -1,18 +1,19 @@
 //! Blocks that the channels of a model allow, each with its library.
 
-use super::{Prepared, Subject};
-use crate::block::MeasuredBlock;
-use crate::block::body::body_block;
-use crate::block::command::command_block;
-use crate::block::contact::contact_block;
-use crate::block::controller::controller_block;
-use crate::block::drive::drive_block;
-use crate::block::facility::{motion_section, wrench_section};
-use crate::block::robot::robot_block;
-use crate::block::sensor::sensor_block;
-use crate::block::toss::toss_block;
-use crate::library::{self, Hypothesis};
-use crate::packets;
+use crate::diagnosis::{Prepared, Subject};
+use crate::model::block::MeasuredBlock;
+use crate::model::hypothesis::Hypothesis;
+use crate::plants::body::block::body_block;
+use crate::plants::command::block::command_block;
+use crate::plants::command::packets;
+use crate::plants::contact::block::contact_block;
+use crate::plants::drive::block::drive_block;
+use crate::plants::drive::controller::controller_block;
+use crate::plants::facility::block::{motion_section, wrench_section};
+use crate::plants::robot::block::robot_block;
+use crate::plants::sensor::block::sensor_block;
+use crate::plants::toss::block::toss_block;
+use crate::plants::{body, command, contact, drive, facility, sensor, toss};
 use softdock_campaign::rig::{ControllerRig, DriveRig, RigModel};
 
 impl Prepared {
@@ -39,30 +40,34 @@ impl Prepared {
             Subject::Facility(model, logs) => {
                 let scenario = &model.scenario().model;
                 return match place {
-                    0 => self
-                        .with(motion_section(model, logs, &held, finer), |b| library::facility::of_motion(b, scenario)),
-                    _ => self
-                        .with(wrench_section(model, logs, &held, finer), |b| library::facility::of_wrench(b, scenario)),
+                    0 => self.with(motion_section(model, logs, &held, finer), |b| {
+                        facility::hypotheses::of_motion(b, scenario)
+                    }),
+                    _ => self.with(wrench_section(model, logs, &held, finer), |b| {
+                        facility::hypotheses::of_wrench(b, scenario)
+                    }),
                 };
             }
             Subject::Rig(rig, pieces) => (rig, pieces),
         };
         match &rig.plant {
             RigModel::Drive(rig) => match self.controller(rig).filter(|_| place == 0) {
-                Some(own) => self.with(controller_block(rig, own, pieces, &held), library::controller::effects),
-                None => self.with(drive_block(rig, pieces, &held, finer, &self.torque), library::drive::effects),
+                Some(own) => {
+                    self.with(controller_block(rig, own, pieces, &held), drive::controller_hypotheses::effects)
+                }
+                None => self.with(drive_block(rig, pieces, &held, finer, &self.torque), drive::hypotheses::effects),
             },
             RigModel::Robot(rig) => {
                 let loads = &self.axes(rig).loads;
-                self.with(robot_block(rig, place, pieces, loads, &held, finer), library::drive::effects)
+                self.with(robot_block(rig, place, pieces, loads, &held, finer), drive::hypotheses::effects)
             }
-            RigModel::Sensor(rig) => self.with(sensor_block(rig, pieces, &held, finer), library::sensor::effects),
-            RigModel::Contact(rig) => self.with(contact_block(rig, pieces, &held, finer), library::contact::effects),
+            RigModel::Sensor(rig) => self.with(sensor_block(rig, pieces, &held, finer), sensor::hypotheses::effects),
+            RigModel::Contact(rig) => self.with(contact_block(rig, pieces, &held, finer), contact::hypotheses::effects),
             RigModel::Command(rig) => self.with(command_block(rig, pieces, &held, finer), |block| {
-                library::command::effects(block, packets::hold(pieces))
+                command::hypotheses::effects(block, packets::hold(pieces))
             }),
-            RigModel::Body(rig) => self.with(body_block(rig, pieces, &held, finer), library::body::effects),
-            RigModel::Toss(rig) => self.with(toss_block(rig, pieces, &held, finer), library::toss::effects),
+            RigModel::Body(rig) => self.with(body_block(rig, pieces, &held, finer), body::hypotheses::effects),
+            RigModel::Toss(rig) => self.with(toss_block(rig, pieces, &held, finer), toss::hypotheses::effects),
         }
     }
 

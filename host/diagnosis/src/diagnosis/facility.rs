@@ -1,12 +1,12 @@
 //! Whole facility from the logs of its drives: command to motion, and motion to wrench.
 
-use super::{DiagnosisOptions, Prepared, Subject};
-use crate::block::MeasuredBlock;
-use crate::block::facility::{FacilityModel, MOTION, WRENCH};
-use crate::isolability::BlockView;
-use crate::library::Hypothesis;
-use crate::recording::drive_log::DriveLog;
-use crate::recording::grid::Finding;
+use crate::data::drive_log::DriveLog;
+use crate::data::grid::Finding;
+use crate::diagnosis::{DiagnosisOptions, Prepared, Subject};
+use crate::model::block::MeasuredBlock;
+use crate::model::hypothesis::Hypothesis;
+use crate::model::isolability::BlockView;
+use crate::plants::facility::block::{FacilityModel, MOTION, WRENCH};
 use crate::{DiagnosisError, Result};
 use std::collections::BTreeSet;
 use std::path::Path;

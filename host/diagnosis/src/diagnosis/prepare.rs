@@ -1,9 +1,9 @@
 //! Preparation of a rig's recordings: training data, held-out data, reasons for a provisional answer.
 
-use super::{DiagnosisOptions, Prepared, Subject};
-use crate::hold_out::{default_of, last_third, split};
-use crate::recording::grid::{Finding, Piece, read};
-use crate::timing;
+use crate::data::grid::{Finding, Piece, read};
+use crate::data::hold_out::{default_of, last_third, split};
+use crate::diagnosis::{DiagnosisOptions, Prepared, Subject};
+use crate::plants::command::timing;
 use crate::{DiagnosisError, Result};
 use softdock_campaign::Rig;
 use softdock_campaign::rig::RigModel;
@@ -23,7 +23,8 @@ pub fn prepare(rig: Rig, logs: &[&Path], holdout: &[&Path], options: &DiagnosisO
     if matches!(rig.plant, RigModel::Drive(_) | RigModel::Robot(_)) {
         learn.iter().chain(&test).try_for_each(moves)?;
     }
-    if let Some(every) = options.hold_out_experiments.or_else(|| default_of(&rig, options, &test)) {
+    let asked = options.hold_out_from.is_some() || !test.is_empty();
+    if let Some(every) = options.hold_out_experiments.or_else(|| default_of(&rig, asked)) {
         (test, learn) = every.split(learn)?;
     }
     if matches!(&rig.plant, RigModel::Command(own) if !own.echoed) {

@@ -1,13 +1,15 @@
 //! Discriminating experiment of an ambiguous answer: a motion within the envelope of the joint.
 
-use super::{Judged, Prepared};
-use crate::block::MeasuredBlock;
-use crate::block::controller::controller_block;
-use crate::block::drive::{drive_block, followed};
-use crate::decide::rivals;
-use crate::experiment::{self, Envelope, ProposedExperiment};
-use crate::recording::grid::Piece;
-use crate::recording::smooth::motion;
+use crate::data::grid::Piece;
+use crate::data::smooth::motion;
+use crate::diagnosis::Prepared;
+use crate::model::block::MeasuredBlock;
+use crate::plants::drive::block::{drive_block, followed};
+use crate::plants::drive::controller::controller_block;
+use crate::propose::experiment;
+use crate::propose::experiment::{Envelope, ProposedExperiment};
+use crate::verdict::decide::rivals;
+use crate::verdict::judged::Judged;
 use softdock_campaign::rig::RigModel;
 use softdock_engine::blocks::BlockKind;
 

@@ -1,7 +1,7 @@
 //! Overall answer from the answers of all blocks.
 
-use super::{Diagnosis, Prepared};
-use crate::answer::{BlockAnswer, DiagnosisVerdict, Residual};
+use crate::diagnosis::{Diagnosis, Prepared};
+use crate::verdict::answer::{BlockAnswer, DiagnosisVerdict, Residual};
 
 /// Returns the overall answer: the most severe of all blocks.
 pub(super) fn summed(prepared: Prepared, blocks: Vec<BlockAnswer>, numerical_error: Vec<f64>) -> Diagnosis {

@@ -1,12 +1,11 @@
 //! Torque between the samples of a log: selects, among the torques that the controller may have commanded, the one that
 //! explains the motion, and withholds the verdict if none does.
 
-use super::{Blocks, Prepared, Subject};
-use crate::answer::BlockAnswer;
-use crate::block::MeasuredBlock;
-use crate::block::drive::drive_block;
+use crate::diagnosis::{Prepared, Subject};
 use crate::inference::adequacy::ADEQUATE;
-use crate::recording::grid::Finding;
+use crate::model::block::MeasuredBlock;
+use crate::plants::drive::block::drive_block;
+use crate::verdict::judged::{Blocks, is_explained};
 use softdock_campaign::rig::RigModel;
 use softdock_engine::blocks::BlockKind;
 
@@ -58,20 +57,4 @@ fn settled(block: &MeasuredBlock) -> Vec<f64> {
     let learn = block.part(false);
     let Some(noise) = learn.noise(&block.base) else { return block.base.clone() };
     learn.shortcut(&noise, &block.base).null().values(&block.base)
-}
-
-impl Blocks {
-    /// Withholds the verdict on a block and reports the reason.
-    pub(super) fn withhold(&mut self, place: usize, what: String) -> Finding {
-        let (own, answer) = (&mut self.judged[place], &mut self.answers[place]);
-        own.outside = None;
-        *answer = answer.clone().withheld(&own.library);
-        answer.torque_error = own.torque_error(answer);
-        Finding { recording: own.block.name.to_owned(), what }
-    }
-}
-
-/// Returns whether the motion of a block is explained.
-pub(super) fn is_explained(answer: &BlockAnswer) -> bool {
-    !answer.answer.is_open() || answer.form.as_ref().is_some_and(|form| form.holds)
 }

@@ -1,10 +1,17 @@
 //! Isolability from the signals of each plant, before any data are read.
 
-use super::{Prepared, facility};
-use crate::block::{MeasuredBlock, body, command, contact, sensor, toss};
-use crate::isolability::BlockView;
-use crate::library::Hypothesis;
-use crate::{DiagnosisError, Result, packets, timing, variance};
+use crate::diagnosis::{Prepared, facility};
+use crate::model::block::MeasuredBlock;
+use crate::model::hypothesis::Hypothesis;
+use crate::model::isolability::BlockView;
+use crate::plants::body::block as body;
+use crate::plants::command::block as command;
+use crate::plants::command::{packets, timing};
+use crate::plants::contact::block as contact;
+use crate::plants::sensor::block as sensor;
+use crate::plants::sensor::excess_noise as variance;
+use crate::plants::toss::block as toss;
+use crate::{DiagnosisError, Result};
 use softdock_campaign::rig::{CommandRig, RigModel, RobotRig, SensorRig};
 use softdock_engine::blocks::BlockKind;
 use std::collections::BTreeSet;

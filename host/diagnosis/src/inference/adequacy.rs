@@ -1,7 +1,7 @@
 //! Adequacy of a fit on held-out motion: the evidence ranks hypotheses, adequacy decides whether a cause is named.
 
-use super::bootstrap::{Pair, interval, interval_elsewhere};
-use super::evidence::log_normal_cdf;
+use crate::inference::bootstrap::{Pair, interval, interval_elsewhere};
+use crate::inference::evidence::log_normal_cdf;
 
 /// Mean square of whitened residuals up to which a fit is adequate, however many they are.
 pub(crate) const ADEQUATE: f64 = 1.3;
@@ -100,9 +100,8 @@ pub(crate) fn log_odds_of_closeness(closer: &[f64], other: &[f64]) -> f64 {
     let sum: f64 = difference.iter().sum();
     let mean = sum / count as f64;
     let lags = (LONGEST_LAG * count as f64) as usize;
-    let product = |lag: usize| -> f64 {
-        difference.iter().zip(&difference[lag..]).map(|(a, b)| (a - mean) * (b - mean)).sum()
-    };
+    let product =
+        |lag: usize| -> f64 { difference.iter().zip(&difference[lag..]).map(|(a, b)| (a - mean) * (b - mean)).sum() };
     let weight = |lag: usize| 2.0 * (1.0 - lag as f64 / (lags + 1) as f64);
     let scatter = product(0) + (1..=lags).map(|lag| weight(lag) * product(lag)).sum::<f64>();
     let z = sum / scatter.max(f64::MIN_POSITIVE).sqrt();

@@ -1,7 +1,7 @@
 //! Evidence of a hypothesis: its marginal likelihood by Laplace's method, and the intervals of its parameters.
 
-use super::fit::Fitted;
-use super::unknown::ParameterPrior;
+use crate::inference::fit::Fitted;
+use crate::model::unknown::ParameterPrior;
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, Normal};
 

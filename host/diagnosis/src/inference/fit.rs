@@ -6,7 +6,7 @@
 mod climb;
 mod probe;
 
-use super::unknown::{Role, Unknown, applied};
+use crate::model::unknown::{Role, Unknown, applied};
 use climb::Climb;
 use nalgebra::{DMatrix, DVector};
 use probe::probe;
@@ -275,9 +275,9 @@ fn best_of_each(mut climbs: Vec<Climb>) -> Vec<Fitted> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::unknown::ParameterPrior;
-    use super::climb::GAIN;
     use super::*;
+    use crate::inference::fit::climb::GAIN;
+    use crate::model::unknown::ParameterPrior;
     use std::cell::Cell;
 
     fn unknown(field: usize, prior: ParameterPrior, role: Role) -> Unknown {

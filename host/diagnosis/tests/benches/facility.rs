@@ -3,8 +3,8 @@
 use super::files;
 use softdock_campaign::Scenario;
 use softdock_diagnosis::DiagnosisError;
-use softdock_diagnosis::block::facility::FacilityModel;
 use softdock_diagnosis::diagnosis::{DiagnosisOptions, Prepared, prepare_facility};
+use softdock_diagnosis::plants::facility::block::FacilityModel;
 use softdock_gauntlet::{NoiseColour, Rig as Bench, generate};
 use std::path::{Path, PathBuf};
 

@@ -9,13 +9,17 @@ mod toss;
 
 use softdock_campaign::Rig;
 use softdock_campaign::rig::RigModel;
-use softdock_diagnosis::block::MeasuredBlock;
-use softdock_diagnosis::block::body::body_block;
-use softdock_diagnosis::block::command::command_block;
-use softdock_diagnosis::block::contact::contact_block;
-use softdock_diagnosis::block::sensor::sensor_block;
-use softdock_diagnosis::recording::grid::{Piece, read};
-use softdock_diagnosis::{judge, library};
+use softdock_diagnosis::data::grid::{Piece, read};
+use softdock_diagnosis::judge;
+use softdock_diagnosis::model::block::MeasuredBlock;
+use softdock_diagnosis::model::hypothesis::Hypothesis;
+use softdock_diagnosis::plants::body::block::body_block;
+use softdock_diagnosis::plants::command::block::command_block;
+use softdock_diagnosis::plants::contact::block::contact_block;
+use softdock_diagnosis::plants::sensor::block::sensor_block;
+use softdock_diagnosis::plants::{
+    body as body_plant, command as command_plant, contact as contact_plant, sensor as sensor_plant,
+};
 use softdock_gauntlet::{Hidden, NoiseColour, Rig as Bench, generate};
 use std::path::{Path, PathBuf};
 
@@ -52,12 +56,12 @@ impl Recorded {
         }
     }
 
-    fn library(&self, block: &MeasuredBlock) -> Vec<library::Hypothesis> {
+    fn library(&self, block: &MeasuredBlock) -> Vec<Hypothesis> {
         match &self.rig.plant {
-            RigModel::Sensor(_) => library::sensor::effects(block),
-            RigModel::Contact(_) => library::contact::effects(block),
-            RigModel::Command(_) => library::command::effects(block, None),
-            RigModel::Body(_) => library::body::effects(block),
+            RigModel::Sensor(_) => sensor_plant::hypotheses::effects(block),
+            RigModel::Contact(_) => contact_plant::hypotheses::effects(block),
+            RigModel::Command(_) => command_plant::hypotheses::effects(block, None),
+            RigModel::Body(_) => body_plant::hypotheses::effects(block),
             RigModel::Drive(_) | RigModel::Robot(_) | RigModel::Toss(_) => unreachable!("another bench"),
         }
     }

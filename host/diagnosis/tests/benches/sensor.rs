@@ -3,9 +3,9 @@
 use super::{Recorded, assert_nothing_found, files};
 use softdock_campaign::Rig;
 use softdock_campaign::rig::RigModel;
-use softdock_diagnosis::answer::DiagnosisVerdict;
 use softdock_diagnosis::diagnosis::{Diagnosis, DiagnosisOptions, prepare};
-use softdock_diagnosis::variance::excess_noise;
+use softdock_diagnosis::plants::sensor::excess_noise::excess_noise;
+use softdock_diagnosis::verdict::answer::DiagnosisVerdict;
 use softdock_gauntlet::{Hidden, NoiseColour, Rig as Bench, generate};
 use softdock_test_size::is_full;
 use std::path::Path;

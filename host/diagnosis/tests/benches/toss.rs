@@ -1,8 +1,8 @@
 //! Tossed cubes, whose generator knows blows as impulses.
 
 use softdock_campaign::Rig;
-use softdock_diagnosis::answer::{DiagnosisVerdict, ParameterEstimate};
 use softdock_diagnosis::diagnosis::{Diagnosis, DiagnosisOptions, prepare};
+use softdock_diagnosis::verdict::answer::{DiagnosisVerdict, ParameterEstimate};
 use softdock_gauntlet::{Hidden, tosses};
 use softdock_test_size::is_full;
 

@@ -1,8 +1,8 @@
 //! Recordings and model files that are wrong: a clear finding or a clear error, never a wrong name.
 
 use crate::bench::{Bench, drive};
-use softdock_diagnosis::answer::DiagnosisVerdict;
 use softdock_diagnosis::diagnosis::DiagnosisOptions;
+use softdock_diagnosis::verdict::answer::DiagnosisVerdict;
 use softdock_test_size::first;
 
 fn refused(bench: &Bench) -> String {

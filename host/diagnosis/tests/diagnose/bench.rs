@@ -1,9 +1,11 @@
 //! Recordings of the gauntlet's benches, whose generator shares no code with the fitter, and their diagnosis.
 
 use softdock_campaign::Rig;
-use softdock_diagnosis::answer::{BlockAnswer, DiagnosisVerdict};
-use softdock_diagnosis::diagnosis::{Diagnosis, DiagnosisOptions, Judged, Prepared, prepare};
-use softdock_diagnosis::{DiagnosisError, extend};
+use softdock_diagnosis::DiagnosisError;
+use softdock_diagnosis::diagnosis::{Diagnosis, DiagnosisOptions, Prepared, prepare};
+use softdock_diagnosis::report::extend;
+use softdock_diagnosis::verdict::answer::{BlockAnswer, DiagnosisVerdict};
+use softdock_diagnosis::verdict::judged::Judged;
 pub(crate) use softdock_gauntlet::Rig as Kind;
 use softdock_gauntlet::{Hidden, NoiseColour, Set, generate};
 use softdock_kernels::effects::{code, share_group};

@@ -3,7 +3,7 @@
 use super::bench::Bench;
 use softdock_diagnosis::diagnosis::DiagnosisOptions;
 use softdock_diagnosis::judge;
-use softdock_diagnosis::library::Hypothesis;
+use softdock_diagnosis::model::hypothesis::Hypothesis;
 use std::time::Instant;
 
 /// Effects of the larger library.

@@ -6,8 +6,8 @@ mod cost;
 mod measured;
 
 use bench::{Bench, Kind, assert_named, drive};
-use softdock_diagnosis::answer::DiagnosisVerdict;
 use softdock_diagnosis::diagnosis::DiagnosisOptions;
+use softdock_diagnosis::verdict::answer::DiagnosisVerdict;
 use softdock_engine::Choice;
 use softdock_engine::simulator::Simulator;
 use softdock_gauntlet::NoiseColour;

@@ -1,8 +1,8 @@
 //! Measured data that nobody in this project made; their folder is in `SOFTDOCK_DATA`.
 
 use softdock_campaign::Rig;
-use softdock_diagnosis::answer::DiagnosisVerdict;
 use softdock_diagnosis::diagnosis::{Diagnosis, DiagnosisOptions, prepare};
+use softdock_diagnosis::verdict::answer::DiagnosisVerdict;
 use std::path::{Path, PathBuf};
 
 fn data(file: &str) -> PathBuf {

@@ -1,7 +1,7 @@
 //! Fit in progress: its parameters, derivatives and next step.
 
-use super::{Fitted, Start};
-use crate::inference::unknown::{Role, Unknown};
+use crate::inference::fit::{Fitted, Start};
+use crate::model::unknown::{Role, Unknown};
 use nalgebra::{DMatrix, DVector};
 
 /// Trial damping factors of a round, times the last good one.

@@ -1,8 +1,8 @@
 //! Searches beside the end points of fits: effects that jump from sample to sample have narrow minima.
 
-use super::climb::{Climb, GAIN, MUCH, cost};
-use super::{HOPELESS, Simulate, simulated};
-use crate::inference::unknown::Role;
+use crate::inference::fit::climb::{Climb, GAIN, MUCH, cost};
+use crate::inference::fit::{HOPELESS, Simulate, simulated};
+use crate::model::unknown::Role;
 
 /// How far one looks to either side, in `z`.
 const BESIDE: [f64; 4] = [0.1, 0.03, 0.01, 0.003];

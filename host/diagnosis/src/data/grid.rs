@@ -1,0 +1,253 @@
+//! Recording of a rig: its signals in SI units on an even grid, with findings about the conversion.
+
+use crate::data::table::{Gaps, Named, Wanted};
+use crate::{DiagnosisError, Result};
+use softdock_campaign::Rig;
+use softdock_campaign::rig::RigModel;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// Fewest samples of a piece: less holds no motion that could be judged.
+const FEWEST: usize = 200;
+/// Fewest samples of a toss, which is over in half a second.
+const FEWEST_OF_A_TOSS: usize = 30;
+/// A pause of the clock longer than this many steps cuts a recording; a shorter one is bridged.
+const LONGEST_GAP: f64 = 3.5;
+/// Steps that differ from the usual one by this share of it are uneven.
+const JITTER: f64 = 0.02;
+
+/// Piece of a recording without gaps, at equal steps, in SI units.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Piece {
+    /// Name of the experiment: recordings of one command share it.
+    pub experiment: String,
+    /// Number of the repeat, from 1.
+    pub repeat: usize,
+    /// Clock at the first sample \[s\].
+    pub start: f64,
+    /// Sampling period \[s\].
+    pub step: f64,
+    /// Signals by name.
+    pub signals: BTreeMap<String, Vec<f64>>,
+}
+
+impl Piece {
+    /// Returns the clock at the end of the last sample's period \[s\].
+    pub fn end(&self) -> f64 {
+        self.start + self.samples() as f64 * self.step
+    }
+
+    /// Returns the samples `from..to`; `None` if they are too few.
+    pub fn between(&self, from: usize, to: usize) -> Option<Self> {
+        let cut = |(name, values): (&String, &Vec<f64>)| (name.clone(), values[from..to].to_vec());
+        (to >= from + FEWEST).then(|| Self {
+            start: self.start + from as f64 * self.step,
+            signals: self.signals.iter().map(cut).collect(),
+            ..self.clone()
+        })
+    }
+
+    /// Returns the number of samples.
+    pub fn samples(&self) -> usize {
+        self.signals.values().next().map_or(0, Vec::len)
+    }
+}
+
+/// Finding about a recording.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct Finding {
+    /// The recording's name.
+    pub recording: String,
+    /// Finding, and its treatment.
+    pub what: String,
+}
+
+/// Reads a recording: `NAME_REPEAT.csv` is a repeat of the experiment `NAME`; where a column numbers the experiments, one
+/// file holds several.
+///
+/// # Errors
+/// A file that cannot be read, a column that is missing, a clock that does not run, too few samples.
+pub fn read(path: &Path, rig: &Rig) -> Result<(Vec<Piece>, Vec<Finding>)> {
+    if !rig.log.contains_key("t") {
+        let remedy = "add it: \"t\" = { column = \"...\", unit = \"s\" }";
+        return Err(DiagnosisError::log(path, None, format!("[log] of {} names no column for `t`", rig.file), remedy));
+    }
+    let columns = rig.log.iter().map(|(signal, column)| (signal.as_str(), column.name.as_str())).collect();
+    let raw = Wanted { columns, named: Named::By(&rig.file), gaps: Gaps::Kept }.read(path)?;
+    let in_si = |((name, column), values): ((&String, &softdock_campaign::columns::RecordedColumn), Vec<f64>)| {
+        let values = values.iter().map(|value| value * column.factor + column.offset).collect();
+        (name.clone(), values)
+    };
+    let mut signals: BTreeMap<String, Vec<f64>> = rig.log.iter().zip(raw).map(in_si).collect();
+    let time = signals.remove("t").expect("asked for above");
+    let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+    let mut findings = FindingLog { recording: name, findings: Vec::new() };
+    let fewest = if matches!(rig.plant, RigModel::Toss(_)) { FEWEST_OF_A_TOSS } else { FEWEST };
+    let rows = time.len();
+    let mut pieces = Vec::new();
+    for (name, time, signals) in experiments(path, time, signals)? {
+        pieces.extend(even_pieces(path, name, &time, &signals, fewest, &mut findings)?);
+    }
+    if pieces.is_empty() {
+        let what = format!("{rows} rows contain no {fewest} consecutive samples without a gap");
+        return Err(DiagnosisError::log(path, None, what, "record longer, or without interruptions"));
+    }
+    Ok((pieces, findings.findings))
+}
+
+/// Signals by name.
+type Signals = BTreeMap<String, Vec<f64>>;
+/// An experiment of a file: its name and repeat, its clock and its signals.
+type Experiment = ((String, usize), Vec<f64>, Signals);
+
+/// The experiments that a file holds, each with its name and repeat, its clock and its signals: one by the file's name, or
+/// as many as a column numbers.
+///
+/// # Errors
+/// A number that is none.
+fn experiments(path: &Path, time: Vec<f64>, mut signals: Signals) -> Result<Vec<Experiment>> {
+    let Some(numbers) = signals.remove("experiment") else {
+        return Ok(vec![(numbered(path), time, signals)]);
+    };
+    if let Some(row) = numbers.iter().position(|number| *number < 0.0 || number.fract() != 0.0 || number.is_nan()) {
+        let what = format!("row {}: the experiment number {} is not an integer", row + 1, numbers[row]);
+        return Err(DiagnosisError::log(path, None, what, "number the experiments from 0 or 1 on in that column"));
+    }
+    let mut bounds: Vec<usize> = (1..numbers.len()).filter(|row| numbers[*row] != numbers[row - 1]).collect();
+    bounds.insert(0, 0);
+    bounds.push(numbers.len());
+    let cut = |pair: &[usize]| {
+        let (from, to) = (pair[0], pair[1]);
+        let own = signals.iter().map(|(name, values)| (name.clone(), values[from..to].to_vec())).collect();
+        ((format!("{}", numbers[from]), 1), time[from..to].to_vec(), own)
+    };
+    Ok(bounds.windows(2).filter(|pair| pair[0] < pair[1]).map(cut).collect())
+}
+
+/// The stretches of an experiment without gaps, at equal steps.
+fn even_pieces(
+    path: &Path,
+    (experiment, repeat): (String, usize),
+    time: &[f64],
+    signals: &Signals,
+    fewest: usize,
+    findings: &mut FindingLog,
+) -> Result<Vec<Piece>> {
+    let clock = Clock::of(path, time, fewest, findings)?;
+    let mut pieces = Vec::new();
+    for span in clock.spans(time, signals, findings) {
+        let (from, to) = (time[span[0]], time[span[span.len() - 1]]);
+        let count = ((to - from) / clock.step + 0.5) as usize + 1;
+        if count < fewest {
+            findings.note(format!("{count} samples from {from:.3} s on are too few and were ignored"));
+            continue;
+        }
+        let even = |values: &Vec<f64>| resampled(time, values, &span, clock.step, count);
+        let signals = signals.iter().map(|(name, values)| (name.clone(), even(values))).collect();
+        pieces.push(Piece { experiment: experiment.clone(), repeat, start: from, step: clock.step, signals });
+    }
+    Ok(pieces)
+}
+
+/// Experiment and repeat from a file's name.
+fn numbered(path: &Path) -> (String, usize) {
+    let stem = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
+    let split = stem.rsplit_once('_').and_then(|(name, number)| Some((name.to_owned(), number.parse().ok()?)));
+    split.unwrap_or((stem, 1))
+}
+
+struct FindingLog {
+    recording: String,
+    findings: Vec<Finding>,
+}
+
+impl FindingLog {
+    fn note(&mut self, what: String) {
+        self.findings.push(Finding { recording: self.recording.clone(), what });
+    }
+}
+
+/// The clock of a recording.
+struct Clock {
+    step: f64,
+}
+
+impl Clock {
+    /// Determines the usual step; a time that does not increase is an error.
+    fn of(path: &Path, time: &[f64], fewest: usize, findings: &mut FindingLog) -> Result<Self> {
+        if time.len() < fewest {
+            let what = format!("{} rows are too few to separate effects from noise", time.len());
+            return Err(DiagnosisError::log(
+                path,
+                None,
+                what,
+                format!("record at least {fewest} rows, better several seconds"),
+            ));
+        }
+        let mut steps: Vec<f64> = time.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        if let Some(row) = steps.iter().position(|step| step.is_nan() || *step <= 0.0) {
+            let what = format!("the time does not increase after row {}: {} s", row + 1, time[row]);
+            return Err(DiagnosisError::log(path, None, what, "sort the rows by time and remove duplicates"));
+        }
+        let uneven = steps.clone();
+        steps.sort_by(f64::total_cmp);
+        let usual = steps[steps.len() / 2];
+        let regular: Vec<f64> = uneven.iter().copied().filter(|step| *step < LONGEST_GAP * usual).collect();
+        let step = regular.iter().sum::<f64>() / regular.len() as f64;
+        let irregular = regular.iter().filter(|s| (*s - step).abs() > JITTER * step).count();
+        if irregular > 0 {
+            findings.note(format!(
+                "{irregular} of {} time steps differ from {step:.6} s by more than 2 %: resampled to equal steps",
+                uneven.len()
+            ));
+        }
+        Ok(Self { step })
+    }
+
+    /// Rows with a number in every signal, cut where the clock pauses.
+    fn spans(&self, time: &[f64], signals: &BTreeMap<String, Vec<f64>>, findings: &mut FindingLog) -> Vec<Vec<usize>> {
+        let whole = |row: &usize| signals.values().all(|values| values[*row].is_finite());
+        let rows: Vec<usize> = (0..time.len()).filter(whole).collect();
+        if rows.len() < time.len() {
+            findings.note(format!(
+                "{} of {} rows have missing numbers and are treated as gaps",
+                time.len() - rows.len(),
+                time.len()
+            ));
+        }
+        let mut spans: Vec<Vec<usize>> = Vec::new();
+        for row in rows {
+            match spans.last_mut() {
+                Some(span) if time[row] - time[span[span.len() - 1]] < LONGEST_GAP * self.step => span.push(row),
+                _ => spans.push(vec![row]),
+            }
+        }
+        if spans.len() > 1 {
+            findings.note(format!("cut at {} gaps into {} pieces", spans.len() - 1, spans.len()));
+        }
+        spans
+    }
+}
+
+/// A signal at equal steps: cubic between its neighbours (Catmull-Rom for unequal steps).
+fn resampled(time: &[f64], values: &[f64], rows: &[usize], step: f64, count: usize) -> Vec<f64> {
+    let last = rows.len() - 1;
+    let slope = |k: usize| {
+        let (before, after) = (rows[k.saturating_sub(1)], rows[(k + 1).min(last)]);
+        (values[after] - values[before]) / (time[after] - time[before])
+    };
+    let mut k = 0;
+    let at = |i: usize| {
+        let t = time[rows[0]] + i as f64 * step;
+        while k + 2 < rows.len() && time[rows[k + 1]] <= t {
+            k += 1;
+        }
+        let (a, b) = (rows[k], rows[k + 1]);
+        let width = time[b] - time[a];
+        let u = ((t - time[a]) / width).clamp(0.0, 1.0);
+        let (p, q) = (slope(k) * width, slope(k + 1) * width);
+        let way = values[b] - values[a];
+        values[a] + u * (p + u * (3.0 * way - 2.0 * p - q + u * (p + q - 2.0 * way)))
+    };
+    (0..count).map(at).collect()
+}

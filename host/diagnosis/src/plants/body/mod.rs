@@ -1,0 +1,4 @@
+//! Free body under known wrenches.
+
+pub mod block;
+pub mod hypotheses;

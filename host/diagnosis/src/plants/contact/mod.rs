@@ -1,0 +1,4 @@
+//! One body against a plate.
+
+pub mod block;
+pub mod hypotheses;

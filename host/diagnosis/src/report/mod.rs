@@ -1,0 +1,10 @@
+//! Files and texts of an answer: page, terminal text, figures, extended model, command lines.
+
+pub mod command_line;
+pub mod extend;
+pub mod missing_torque;
+pub mod page;
+pub mod result_files;
+pub mod signals_text;
+pub mod template;
+pub mod text;

@@ -1,0 +1,6 @@
+//! Answers for blocks: verdict, causes, parameters, gain; withheld answers.
+
+pub mod answer;
+pub(crate) mod decide;
+pub mod free_run;
+pub mod judged;
