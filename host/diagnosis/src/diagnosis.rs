@@ -1,44 +1,28 @@
 //! Diagnosis from a model and recordings to an answer: blocks, convergence of the step, judgement, decision.
 
-use crate::data::drive_log::DriveLog;
-use crate::data::grid::{Finding, Piece};
+use crate::data::grid::Finding;
 use crate::data::hold_out::Every;
+use crate::data::recordings::Recordings;
 use crate::inference::judge::{explains_better, judge, numerical_error};
 use crate::inference::unmodelled::is_simpler;
 use crate::model::block::MeasuredBlock;
 use crate::model::hypothesis::Hypothesis;
 use crate::model::isolability::BlockView;
-use crate::plants::command::packets;
-use crate::plants::command::timing;
-use crate::plants::drive::controller::torques_between;
-use crate::plants::drive::dictionary::forms;
-use crate::plants::drive::unit_checks::check_units;
-use crate::plants::facility::block::FacilityModel;
-use crate::plants::sensor::excess_noise::excess_noise;
+use crate::plants::DiagnosedPlant;
 use crate::propose::experiment::ProposedExperiment;
+use crate::propose::motion::proposed;
 use crate::verdict::answer::{BlockAnswer, DiagnosisVerdict, EffectFound, Gain, NotVisible, Residual, RuledOut};
 use crate::verdict::decide::decide;
-use crate::verdict::free_run::FreeRun;
 use crate::verdict::judged::{Blocks, Judged};
 use crate::{DiagnosisError, Result};
 use serde::Serialize;
-use softdock_campaign::Rig;
-use softdock_campaign::rig::{RigModel, TossRig};
-use softdock_engine::blocks::BlockKind;
 use softdock_engine::simulator::Simulator;
-use std::cell::OnceCell;
 use std::collections::BTreeSet;
 
-mod axes;
-mod blocks;
 mod facility;
 mod prepare;
-mod proposal;
 mod summed;
-mod torque;
-mod views;
 
-use axes::{Axes, PASSES};
 pub use facility::prepare_facility;
 pub use prepare::prepare;
 use summed::summed;
@@ -65,24 +49,14 @@ impl DiagnosisOptions {
     }
 }
 
-/// Model with its recordings.
-enum Subject {
-    Rig(Box<Rig>, Vec<Piece>),
-    Facility(Box<FacilityModel>, Vec<DriveLog>),
-}
-
 /// Recordings that are ready for the diagnosis.
 pub struct Prepared {
-    subject: Subject,
-    held_out: BTreeSet<String>,
+    plant: Box<dyn DiagnosedPlant>,
+    recordings: Recordings,
     without: Vec<String>,
     /// How many times shorter than usual the first steps are.
     first: usize,
-    /// The torque of each recording of a drive between the log's samples too, once its controller is understood.
-    torque: Vec<Vec<f64>>,
     simulator: Simulator,
-    /// What the axes of a robot carry, once it was asked for.
-    axes: OnceCell<Axes>,
     /// Reasons why the answer is provisional.
     pub provisional: Vec<String>,
     /// Findings in the recordings.
@@ -126,20 +100,18 @@ pub struct Diagnosis {
 
 impl Prepared {
     fn new(
-        subject: Subject,
-        held_out: BTreeSet<String>,
+        plant: Box<dyn DiagnosedPlant>,
+        recordings: Recordings,
         provisional: Vec<String>,
         findings: Vec<Finding>,
         options: &DiagnosisOptions,
     ) -> Self {
         Self {
-            subject,
-            held_out,
+            plant,
+            recordings,
             without: options.without.clone(),
             first: options.first(),
-            torque: Vec::new(),
             simulator: options.simulator.clone(),
-            axes: OnceCell::new(),
             provisional,
             findings,
             isolability: Vec::new(),
@@ -152,24 +124,35 @@ impl Prepared {
         Ok(self)
     }
 
-    /// What a rig is; a facility is none.
-    fn plant(&self) -> Option<&RigModel> {
-        match &self.subject {
-            Subject::Rig(rig, _) => Some(&rig.plant),
-            Subject::Facility(..) => None,
+    /// The rows of the isolability matrix, block by block.
+    ///
+    /// # Errors
+    /// A signal that the plant cannot be judged without, an id that is in no library.
+    fn views(&self) -> Result<Vec<BlockView>> {
+        self.plant.require(&self.recordings)?;
+        let views = self.plant.views(&self.recordings, &self.blocks(1));
+        let known: BTreeSet<&str> = views.iter().flat_map(|view| view.effects.iter().copied()).collect();
+        if let Some(id) = self.without.iter().find(|id| !known.contains(id.as_str())) {
+            let known: Vec<&str> = known.into_iter().collect();
+            return Err(DiagnosisError::unfit(
+                format!("no block has an effect `{id}`"),
+                format!("write one of: {}", known.join(", ")),
+            ));
         }
+        Ok(views)
     }
 
-    /// Recordings of a rig.
-    fn pieces(&self) -> &[Piece] {
-        match &self.subject {
-            Subject::Rig(_, pieces) => pieces,
-            Subject::Facility(..) => &[],
-        }
+    /// All blocks, simulated in steps so many times finer than usual.
+    pub fn blocks(&self, finer: usize) -> Vec<(MeasuredBlock, Vec<Hypothesis>)> {
+        (0..self.plant.places(&self.recordings)).map(|place| self.block(place, finer)).collect()
     }
 
-    fn has(&self, signal: &str) -> bool {
-        self.pieces().iter().all(|piece| piece.signals.contains_key(signal))
+    /// The block at a place by the simulator that was chosen, with its library.
+    fn block(&self, place: usize, finer: usize) -> (MeasuredBlock, Vec<Hypothesis>) {
+        let block = self.plant.block(&self.recordings, place, finer);
+        let block = MeasuredBlock { simulator: self.simulator.clone(), ..block };
+        let library = self.plant.library(&self.recordings, place, &block);
+        (block, library)
     }
 
     /// Diagnoses every block.
@@ -177,46 +160,34 @@ impl Prepared {
     /// # Errors
     /// A channel without any noise, a simulation that no step makes exact enough.
     pub fn diagnose(mut self) -> Result<(Diagnosis, Vec<Judged>)> {
-        let mut prismatic = false;
-        if let Some(RigModel::Drive(rig)) = self.plant() {
-            prismatic = rig.prismatic;
-            let suspects = check_units(rig, self.pieces());
-            self.findings.extend(suspects);
+        let (timed, findings) = self.plant.before_blocks(&self.recordings);
+        self.findings.extend(findings);
+        let mut all = self.judged()?;
+        while self.plant.update(&self.recordings, &all) {
+            all = self.judged()?;
         }
-        let mut timed = Vec::new();
-        if let Some(RigModel::Command(rig)) = self.plant() {
-            prismatic = rig.prismatic;
-            let findings;
-            (timed, findings) = timing::answers(rig, self.pieces());
-            self.findings.extend(findings);
-        }
-        let mut all = self.judged(prismatic)?;
-        for _ in 1..PASSES {
-            if !self.update_loads(&all) {
-                break;
-            }
-            all = self.judged(prismatic)?;
-        }
-        self.withhold_loaded(&mut all);
+        self.findings.extend(self.plant.withhold_at_last(&mut all));
         let Blocks { answers, judged, errors } = all;
         let proposed = answers.iter().zip(&judged).find_map(|(answer, own)| {
-            (answer.answer == DiagnosisVerdict::Ambiguous).then(|| self.proposed(own)).flatten()
+            let is_ambiguous = answer.answer == DiagnosisVerdict::Ambiguous;
+            is_ambiguous.then(|| proposed(self.plant.as_ref(), &self.recordings, own)).flatten()
         });
         let answers = timed.into_iter().chain(answers).collect();
         Ok((Diagnosis { proposed, ..summed(self, answers, errors) }, judged))
     }
 
     /// Judges every block by what is known by now.
-    fn judged(&mut self, prismatic: bool) -> Result<Blocks> {
+    fn judged(&mut self) -> Result<Blocks> {
+        let prismatic = self.plant.is_prismatic();
         let mut all = Blocks::default();
-        for place in 0..self.places() {
+        for place in 0..self.plant.places(&self.recordings) {
             let Exact { block, library, finer, error } = self.exact_enough(place)?;
             all.errors.push(error);
             self.report_kept_step(&block, error);
             let is_left_out = |hypothesis: &Hypothesis| self.without.iter().any(|id| id == hypothesis.effect.id);
             let (missing, library): (Vec<Hypothesis>, Vec<Hypothesis>) = library.into_iter().partition(is_left_out);
             let missing: Vec<&'static str> = missing.iter().map(|hypothesis| hypothesis.effect.id).collect();
-            let dictionary = forms(&block);
+            let dictionary = self.plant.dictionary(&block);
             let judgement = judge(&block, &finer, &library).ok_or_else(|| silent(&block))?;
             let mut answer = decide(&block, &library, &missing, &judgement, prismatic);
             if answer.answer.names() && is_simpler(&block, &library, &dictionary, &judgement) {
@@ -225,28 +196,18 @@ impl Prepared {
             let mut own = Judged { block, library, dictionary, judgement, outside: None };
             answer = own.looked_outside(answer, prismatic);
             answer.torque_error = own.torque_error(&answer);
-            if let Some(found) = own.found(&answer).filter(|_| own.block.section.is(BlockKind::Controller)) {
-                self.torque = self.moving(torques_between(&own.block, found));
-            }
-            if let Some(RigModel::Toss(rig)) = self.plant() {
-                answer.free_run = self.free_run(rig, &own, &answer);
-            }
+            self.plant.learn(&self.recordings, self.first, &own, &answer);
+            answer = self.plant.complete(&self.recordings, &own, answer);
             let explained = own.found(&answer).map(|found| found.fitted.values(&own.block.base));
             answer = match own.block.grew(explained.as_ref().unwrap_or(&own.block.base)) {
                 true => self.changing(&own.block, answer),
-                false => self.with_random(&own.block, answer),
+                false => self.plant.with_random(&self.recordings, &own.block, &self.without, answer),
             };
             all.answers.push(answer);
             all.judged.push(own);
         }
-        self.withhold(&mut all, prismatic);
+        self.findings.extend(self.plant.withhold(&mut all));
         Ok(all)
-    }
-
-    /// How free runs of a tossed body do, on what is held out if anything is.
-    fn free_run(&self, rig: &TossRig, judged: &Judged, answer: &BlockAnswer) -> Option<FreeRun> {
-        let own = |piece: &&Piece| self.held_out.contains(&piece.experiment) == answer.held_out;
-        FreeRun::of(rig, &self.pieces().iter().filter(own).collect::<Vec<_>>(), answer.held_out, judged)
     }
 
     /// Returns the answer without a cause, because the repeat-to-repeat difference grew with the session time: no effect of
@@ -270,27 +231,10 @@ impl Prepared {
         }
     }
 
-    /// The answer with the effects that have no mean.
-    fn with_random(&self, block: &MeasuredBlock, answer: BlockAnswer) -> BlockAnswer {
-        match self.plant() {
-            Some(RigModel::Sensor(rig)) => match excess_noise(rig, block) {
-                Some(noise) => answer.with_noise(&noise, &self.without),
-                None => answer,
-            },
-            Some(RigModel::Command(rig)) => packets::with_random(rig, self.pieces(), block, &self.without, answer),
-            _ => answer,
-        }
-    }
-
     /// Returns the log-odds of a zero-mean effect (jitter, losses, noise) from repeat-to-repeat variance; `None` if
     /// these recordings do not determine them.
     pub fn odds_by_repeats(&self, id: &str) -> Option<f64> {
-        let block = || self.block(0, self.first).0;
-        match self.plant()? {
-            RigModel::Sensor(rig) => excess_noise(rig, &block()).map(|noise| noise.log_odds),
-            RigModel::Command(rig) => packets::odds(rig, self.pieces(), &block(), id),
-            _ => None,
-        }
+        self.plant.odds_by_repeats(&self.recordings, &|| self.block(0, self.first).0, id)
     }
 
     /// The block at a place, in usual steps or so short ones that half of them changes nothing that matters.
@@ -301,7 +245,7 @@ impl Prepared {
             let error = numerical_error(&coarse.0, &fine.0).ok_or_else(|| silent(&coarse.0))?;
             if error < NUMERICAL {
                 let exact = Exact { block: coarse.0, library: coarse.1, finer: fine.0, error };
-                return Ok(match usual.filter(|_| matches!(self.subject, Subject::Facility(..))) {
+                return Ok(match usual.filter(|_| self.plant.keeps_usual_steps()) {
                     Some(usual) => exact.unless_modelled(usual),
                     None => exact,
                 });

@@ -2,8 +2,6 @@
 
 use crate::data::grid::Piece;
 use crate::{DiagnosisError, Result};
-use softdock_campaign::Rig;
-use softdock_campaign::rig::RigModel;
 use std::fmt;
 use std::str::FromStr;
 
@@ -60,11 +58,6 @@ impl Every {
 fn number(name: &str) -> Option<u64> {
     let digits = name.len() - name.trim_end_matches(|c: char| c.is_ascii_digit()).len();
     name[name.len() - digits..].parse().ok()
-}
-
-/// Every fourth toss where nothing else is held out: what follows a moment of a toss is no motion of its own.
-pub(crate) fn default_of(rig: &Rig, asked: bool) -> Option<Every> {
-    (matches!(rig.plant, RigModel::Toss(_)) && !asked).then_some(Every { divisor: 4, rest: 1 })
 }
 
 /// Time after which the last third of the longest recording lies.

@@ -4,6 +4,7 @@ pub(crate) mod bandwidth;
 pub(crate) mod drive_log;
 pub mod grid;
 pub mod hold_out;
+pub(crate) mod recordings;
 pub mod smooth;
 pub mod state;
 pub mod table;

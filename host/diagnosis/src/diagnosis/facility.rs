@@ -1,12 +1,11 @@
 //! Whole facility from the logs of its drives: command to motion, and motion to wrench.
 
+use super::{DiagnosisOptions, Prepared};
 use crate::data::drive_log::DriveLog;
 use crate::data::grid::Finding;
-use crate::diagnosis::{DiagnosisOptions, Prepared, Subject};
-use crate::model::block::MeasuredBlock;
-use crate::model::hypothesis::Hypothesis;
-use crate::model::isolability::BlockView;
-use crate::plants::facility::block::{FacilityModel, MOTION, WRENCH};
+use crate::data::recordings::Recordings;
+use crate::plants::facility::FacilityPlant;
+use crate::plants::facility::block::FacilityModel;
 use crate::{DiagnosisError, Result};
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -43,8 +42,8 @@ pub fn prepare_facility(
     let why = "no drive repeats the commands of another: the noise of the motion is estimated from the residual of the richest hypothesis";
     let provisional = vec![why.to_owned()];
     let logs = learn.into_iter().chain(test).collect();
-    let subject = Subject::Facility(Box::new(model), logs);
-    Prepared::new(subject, held_out, provisional, findings, options).seen()
+    let plant = Box::new(FacilityPlant { model, logs });
+    Prepared::new(plant, Recordings { pieces: Vec::new(), held_out }, provisional, findings, options).seen()
 }
 
 /// Drives of another campaign than the one they are compared with.
@@ -71,13 +70,4 @@ fn named_apart<'a>(logs: impl Iterator<Item = &'a mut DriveLog>) {
             log.name = format!("{name} ({number})");
         }
     }
-}
-
-/// What the sections can show.
-pub(super) fn views(sections: &[(MeasuredBlock, Vec<Hypothesis>)]) -> Vec<BlockView> {
-    let view = |place: usize, inputs: &[&'static str], outputs: &[&'static str]| {
-        let (block, library) = &sections[place];
-        BlockView::judged(block, library, inputs, outputs)
-    };
-    vec![view(0, &["commands"], &MOTION), view(1, &["motion of the parts"], &WRENCH)]
 }

@@ -1,12 +1,12 @@
 //! Preparation of a rig's recordings: training data, held-out data, reasons for a provisional answer.
 
+use super::{DiagnosisOptions, Prepared};
 use crate::data::grid::{Finding, Piece, read};
-use crate::data::hold_out::{default_of, last_third, split};
-use crate::diagnosis::{DiagnosisOptions, Prepared, Subject};
-use crate::plants::command::timing;
+use crate::data::hold_out::{last_third, split};
+use crate::data::recordings::Recordings;
+use crate::plants::{self, DiagnosedPlant};
 use crate::{DiagnosisError, Result};
 use softdock_campaign::Rig;
-use softdock_campaign::rig::RigModel;
 use std::collections::BTreeSet;
 use std::path::Path;
 
@@ -20,16 +20,17 @@ const HELD_OUT: &str = ", held out";
 pub fn prepare(rig: Rig, logs: &[&Path], holdout: &[&Path], options: &DiagnosisOptions) -> Result<Prepared> {
     let mut findings = Vec::new();
     let (mut learn, mut test) = (pieces(&rig, logs, &mut findings)?, pieces(&rig, holdout, &mut findings)?);
-    if matches!(rig.plant, RigModel::Drive(_) | RigModel::Robot(_)) {
+    let plant = plants::of_rig(rig.plant);
+    if plant.needs_motion() {
         learn.iter().chain(&test).try_for_each(moves)?;
     }
     let asked = options.hold_out_from.is_some() || !test.is_empty();
-    if let Some(every) = options.hold_out_experiments.or_else(|| default_of(&rig, asked)) {
+    if let Some(every) = options.hold_out_experiments.or_else(|| plant.default_hold_out().filter(|_| !asked)) {
         (test, learn) = every.split(learn)?;
     }
-    if matches!(&rig.plant, RigModel::Command(own) if !own.echoed) {
+    if plant.without_blocks(&learn).is_some() {
         learn.extend(test);
-        return Ok(timed(rig, learn, findings, options));
+        return Ok(timed(plant, learn, findings, options));
     }
     let mut provisional = Vec::new();
     if let Some(from) = options.hold_out_from.or_else(|| test.is_empty().then(|| last_third(&learn))) {
@@ -41,7 +42,7 @@ pub fn prepare(rig: Rig, logs: &[&Path], holdout: &[&Path], options: &DiagnosisO
         provisional.push("a held-out recording repeats a training motion".to_owned());
     }
     if !learn.iter().any(|piece| piece.repeat > 1) {
-        provisional.push(format!("no repeats: {}", noise_without(&rig)));
+        provisional.push(format!("no repeats: {}", plant.noise_without_repeats()));
     }
     if learn.is_empty() || test.is_empty() {
         let what = "no recording remains for training or for the held-out test".to_owned();
@@ -49,8 +50,7 @@ pub fn prepare(rig: Rig, logs: &[&Path], holdout: &[&Path], options: &DiagnosisO
     }
     let held_out = test.iter().map(|piece| piece.experiment.clone()).collect();
     let pieces = learn.into_iter().chain(test).collect();
-    let subject = Subject::Rig(Box::new(rig), pieces);
-    Prepared::new(subject, held_out, provisional, findings, options).seen()
+    Prepared::new(plant, Recordings { pieces, held_out }, provisional, findings, options).seen()
 }
 
 /// What files have of a rig's signals, and what was found in them.
@@ -65,10 +65,15 @@ fn pieces(rig: &Rig, paths: &[&Path], findings: &mut Vec<Finding>) -> Result<Vec
 }
 
 /// Prepares recordings of events without an echo, which determine delays only and have no held-out data.
-fn timed(rig: Rig, pieces: Vec<Piece>, findings: Vec<Finding>, options: &DiagnosisOptions) -> Prepared {
-    let (provisional, isolability) = (vec![timing::reason(&pieces)], timing::views(&pieces));
-    let subject = Subject::Rig(Box::new(rig), pieces);
-    Prepared { isolability, ..Prepared::new(subject, BTreeSet::new(), provisional, findings, options) }
+fn timed(
+    plant: Box<dyn DiagnosedPlant>,
+    pieces: Vec<Piece>,
+    findings: Vec<Finding>,
+    options: &DiagnosisOptions,
+) -> Prepared {
+    let (reason, isolability) = plant.without_blocks(&pieces).unwrap_or_default();
+    let recordings = Recordings { pieces, held_out: BTreeSet::new() };
+    Prepared { isolability, ..Prepared::new(plant, recordings, vec![reason], findings, options) }
 }
 
 /// Gives held-out recordings names apart from those that are learnt from, since a recording that is learnt from and judged
@@ -77,14 +82,6 @@ fn named_apart(learn: &[Piece], test: &mut [Piece]) -> bool {
     let is_learnt = |piece: &&mut Piece| learn.iter().any(|own| own.experiment == piece.experiment);
     let shared = test.iter_mut().filter(is_learnt).map(|piece| piece.experiment += HELD_OUT);
     shared.count() > 0
-}
-
-/// What stands for the noise where nothing was repeated.
-fn noise_without(rig: &Rig) -> &'static str {
-    match rig.plant {
-        RigModel::Toss(_) => "the noise is estimated in free flight; impact-to-impact variance counts as unexplained",
-        _ => "the noise is estimated from the residual of the richest hypothesis",
-    }
 }
 
 /// A channel of a drive that never changes was not measured.

@@ -1,11 +1,12 @@
 //! Loads of the axes of a robot: computed with the gears of the model first, then with the identified gears.
 
-use crate::diagnosis::Prepared;
+use super::RobotPlant;
+use crate::data::grid::Finding;
+use crate::data::recordings::Recordings;
 use crate::inference::torque_error::lacking;
 use crate::model::unknown::Role;
 use crate::plants::robot::block::{Loads, loads};
 use crate::verdict::judged::{Blocks, Judged, is_explained};
-use softdock_campaign::rig::{RigModel, RobotRig};
 use softdock_kernels::block::drive::DriveValues;
 use softdock_kernels::fields::from_slice;
 
@@ -20,14 +21,15 @@ pub(super) struct Axes {
     pub(super) loads: Loads,
 }
 
-impl Prepared {
+impl RobotPlant {
     /// Returns the loads of the axes with the gears identified so far.
-    pub(super) fn axes(&self, rig: &RobotRig) -> &Axes {
-        self.axes.get_or_init(|| self.carrying(rig, rig.drives.iter().map(|drive| drive.values).collect()))
+    pub(super) fn axes(&self, recordings: &Recordings) -> &Axes {
+        let nominal = || self.rig.drives.iter().map(|drive| drive.values).collect();
+        self.axes.get_or_init(|| self.carrying(recordings, nominal()))
     }
 
-    fn carrying(&self, rig: &RobotRig, drives: Vec<DriveValues<f64>>) -> Axes {
-        Axes { loads: loads(rig, self.pieces(), &drives), drives }
+    fn carrying(&self, recordings: &Recordings, drives: Vec<DriveValues<f64>>) -> Axes {
+        Axes { loads: loads(&self.rig, &recordings.pieces, &drives), drives }
     }
 
     /// Recomputes the loads of the axes if a gear with another compliance was identified, because its link moves
@@ -35,12 +37,9 @@ impl Prepared {
     ///
     /// The finding in one axis may be caused by the link of another: of the newly identified gears, the one with the
     /// best explanation of its axis is applied first.
-    pub(super) fn update_loads(&mut self, all: &Blocks) -> bool {
-        let Some(RigModel::Robot(rig)) = self.plant() else {
-            return false;
-        };
+    pub(super) fn update_loads(&mut self, recordings: &Recordings, all: &Blocks) -> bool {
         let gears: Vec<Option<DriveValues<f64>>> = all.judged.iter().map(Judged::gear).collect();
-        let (known, nominal) = (&self.axes(rig).drives, |place: usize| rig.drives[place].values);
+        let (known, nominal) = (&self.axes(recordings).drives, |place: usize| self.rig.drives[place].values);
         let is_new = |place: &usize| gears[*place].is_some() && winds_alike(&known[*place], &nominal(*place));
         let residual = |place: &usize| all.answers[*place].residual.after;
         let first = (0..gears.len()).filter(is_new).min_by(|a, b| residual(a).total_cmp(&residual(b)));
@@ -50,31 +49,32 @@ impl Prepared {
         if known.iter().zip(&found).all(|(known, found)| winds_alike(known, found)) {
             return false;
         }
-        self.axes = self.carrying(rig, found).into();
+        self.axes = self.carrying(recordings, found).into();
         true
     }
+}
 
-    /// Withholds the verdict on unexplained axes beside an axis with a larger misfit: the unknown motion of its link
-    /// loads the others.
-    pub(super) fn withhold_loaded(&mut self, all: &mut Blocks) {
-        let Some(RigModel::Robot(_)) = self.plant() else { return };
-        let unexplained = (0..all.answers.len()).filter(|place| !is_explained(&all.answers[*place]));
-        let lacks = |place: usize| {
-            let own = &all.judged[place];
-            let torque = lacking(&own.block, all.answers[place].held_out, &own.judgement.clamped)?;
-            Some((place, torque))
-        };
-        let lacks: Vec<(usize, f64)> = unexplained.filter_map(lacks).collect();
-        let Some((worst, _)) = lacks.iter().max_by(|a, b| a.1.total_cmp(&b.1)).copied() else { return };
-        let culprit = all.answers[worst].block;
-        for (place, _) in lacks.into_iter().filter(|(place, _)| *place != worst) {
-            let what = format!(
-                "no cause explains the motion, but the load from `{culprit}`, which is itself unexplained, may: no verdict \
-                 on this axis; diagnose `{culprit}` first"
-            );
-            self.findings.push(all.withhold(place, what));
-        }
+/// Withholds the verdict on unexplained axes beside an axis with a larger misfit: the unknown motion of its link
+/// loads the others.
+pub(super) fn withhold_loaded(all: &mut Blocks) -> Vec<Finding> {
+    let unexplained = (0..all.answers.len()).filter(|place| !is_explained(&all.answers[*place]));
+    let lacks = |place: usize| {
+        let own = &all.judged[place];
+        let torque = lacking(&own.block, all.answers[place].held_out, &own.judgement.clamped)?;
+        Some((place, torque))
+    };
+    let lacks: Vec<(usize, f64)> = unexplained.filter_map(lacks).collect();
+    let Some((worst, _)) = lacks.iter().max_by(|a, b| a.1.total_cmp(&b.1)).copied() else { return Vec::new() };
+    let culprit = all.answers[worst].block;
+    let mut findings = Vec::new();
+    for (place, _) in lacks.into_iter().filter(|(place, _)| *place != worst) {
+        let what = format!(
+            "no cause explains the motion, but the load from `{culprit}`, which is itself unexplained, may: no verdict \
+             on this axis; diagnose `{culprit}` first"
+        );
+        findings.push(all.withhold(place, what));
     }
+    findings
 }
 
 /// Returns whether the gears of two drives have equal compliance.
