@@ -1,7 +1,7 @@
 //! Adequacy of a fit on held-out motion: the evidence ranks hypotheses, adequacy decides whether a cause is named.
 
-use crate::inference::bootstrap::{Pair, interval, interval_elsewhere};
-use crate::inference::evidence::log_normal_cdf;
+use super::bootstrap::{Pair, interval, interval_elsewhere};
+use super::evidence::log_normal_cdf;
 
 /// Mean square of whitened residuals up to which a fit is adequate, however many they are.
 pub(crate) const ADEQUATE: f64 = 1.3;

@@ -4,7 +4,7 @@
 //! of the whitened residuals. Effects that act only beyond a size (backlash, presliding, saturation) have no derivative
 //! at zero, so the sizes are finite. After Anau Montel, Alvey and Weniger, PRD 111 (2025) 083013.
 
-use crate::inference::fit::{Fitted, Simulate};
+use super::fit::{Fitted, Simulate};
 use crate::model::hypothesis::Hypothesis;
 use crate::model::unknown::applied;
 use nalgebra::{DMatrix, DVector};

@@ -1,12 +1,12 @@
 //! Residuals of quantised readings: the part beyond the quantisation step.
 
-use crate::inference::quantisation::{by_channel, of_both};
 use crate::inference::recordings::BlockRecordings;
 use crate::inference::recordings::{MOST_SETS, bounded};
-use crate::model::block::Trial;
+use crate::model::block::{ReadingSteps, Trial};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use softdock_engine::blocks::{BlockKind, Reading, Tolerance, beyond};
+use softdock_engine::section::Section;
 
 /// Residuals that are zero wherever the true value lies within the quantisation step of the reading.
 ///
@@ -16,28 +16,31 @@ use softdock_engine::blocks::{BlockKind, Reading, Tolerance, beyond};
 pub struct DeadZone<'a> {
     /// The recordings that are learnt from.
     learn: &'a BlockRecordings<'a>,
+    kind: BlockKind,
     readings: Vec<Reading<'a>>,
     /// Half a step of each channel, in its unit.
     half: Vec<f64>,
-    /// Step of the forces, in N; that of the moments over the sensor's lever where those alone lie on steps.
+    /// Name of the quantisation's size parameter.
+    pub size: &'static str,
+    /// Its value, by the steps.
     pub step: f64,
 }
 
 impl<'a> DeadZone<'a> {
-    /// Builds the dead zone from the training recordings of a sensor; `None` if the readings are not quantised.
+    /// Builds the dead zone from training recordings; `None` if the readings are not quantised.
     pub fn of(learn: &'a BlockRecordings<'a>) -> Option<Self> {
         let block = learn.block;
-        let steps @ [force, moment] = of_both(block);
-        let by_moment = || Some(moment?.size / block.base[block.field("lever")]);
-        let step = force.map(|step| step.size).or_else(by_moment)?;
+        let Section::Block(kind) = block.section else { return None };
+        let quantisation = block.quantisation?;
+        let ReadingSteps { steps, size: step } = (quantisation.steps)(block)?;
         let learnt = block.trials.iter().filter(|trial| !trial.held_out);
         let reading = |trial: &'a Trial| {
             let samples = 0..trial.measured[0].len();
             let outputs = samples.flat_map(|k| trial.measured.iter().map(move |row| row[k])).collect();
             Reading { recorded: &trial.recorded, outputs }
         };
-        let half = by_channel(steps, |step| 0.5 * step.size);
-        Some(Self { learn, readings: learnt.map(reading).collect(), half, step })
+        let half = steps.iter().map(|step| 0.5 * step).collect();
+        Some(Self { learn, kind, readings: learnt.map(reading).collect(), half, size: quantisation.size, step })
     }
 
     /// Returns the residuals of all experiments for every parameter set, simulated by CPU lanes: low-passed, averaged
@@ -46,7 +49,7 @@ impl<'a> DeadZone<'a> {
     pub fn residuals(&self, within: f64, sets: &[Vec<f64>]) -> Vec<DVector<f64>> {
         let tolerance = Tolerance { half: self.half.clone(), within };
         let batch = |sets: &[Vec<f64>]| -> Vec<DVector<f64>> {
-            let left = beyond(BlockKind::Sensor, &self.readings, sets, &self.learn.block.decimator, &tolerance);
+            let left = beyond(self.kind, &self.readings, sets, &self.learn.block.decimator, &tolerance);
             let of_set = |set: usize| self.averaged(left.iter().map(|own| own[set].as_slice()));
             (0..sets.len()).into_par_iter().map(of_set).collect()
         };

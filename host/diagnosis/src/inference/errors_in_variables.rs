@@ -6,7 +6,7 @@
 //! c(z)`, with c the propagated power in units of the noise (Söderström, Errors-in-variables methods in system
 //! identification, 2018, ch. 5: bias-compensated least squares).
 
-use crate::inference::fit::{Fitted, InputNoise, Simulate};
+use super::fit::{Fitted, InputNoise, Simulate};
 use crate::model::unknown::applied;
 use nalgebra::{DMatrix, DVector};
 
@@ -60,8 +60,8 @@ fn derived(mut all: Vec<DVector<f64>>, steps: &DVector<f64>) -> (DVector<f64>, D
 
 #[cfg(test)]
 mod tests {
+    use super::super::fit::{Start, fit};
     use super::*;
-    use crate::inference::fit::{Start, fit};
     use crate::model::unknown::{ParameterPrior, Role, Unknown};
     use softdock_kernels::philox;
 

@@ -1,6 +1,6 @@
 //! Evidence of a hypothesis: its marginal likelihood by Laplace's method, and the intervals of its parameters.
 
-use crate::inference::fit::Fitted;
+use super::fit::Fitted;
 use crate::model::unknown::ParameterPrior;
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, Normal};

@@ -275,8 +275,8 @@ fn best_of_each(mut climbs: Vec<Climb>) -> Vec<Fitted> {
 
 #[cfg(test)]
 mod tests {
+    use super::climb::GAIN;
     use super::*;
-    use crate::inference::fit::climb::GAIN;
     use crate::model::unknown::ParameterPrior;
     use std::cell::Cell;
 

@@ -24,7 +24,6 @@ use crate::inference::torque_error::TorqueError;
 use crate::model::block::MeasuredBlock;
 use crate::model::hypothesis::Hypothesis;
 use nalgebra::{DMatrix, DVector};
-use softdock_engine::blocks::BlockKind;
 
 /// z-score at which nuisance parameters are clamped in the null hypothesis for the gain.
 const CLAMP: f64 = 3.0;
@@ -121,7 +120,7 @@ impl<'a> JudgementContext<'a> {
     pub(crate) fn of(block: &'a MeasuredBlock, library: &'a [Hypothesis], noise: Noise) -> Self {
         let (learn, test) = (block.part(false), block.part(true));
         // A drive that warms up shows it from repeat to repeat, which a mean of them may not.
-        let changes = block.section.is(BlockKind::Drive) && block.grew(&block.base);
+        let changes = block.may_grow && block.grew(&block.base);
         let (learn, together) = if changes { (learn.repeats_apart(), Some(learn)) } else { (learn, None) };
         Self { block, library, learn, together, test, finer: None, noise }
     }

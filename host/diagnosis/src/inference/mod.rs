@@ -15,7 +15,6 @@ pub mod judge;
 pub mod latent;
 pub mod noise;
 pub mod parameter_deviations;
-pub(crate) mod quantisation;
 pub mod recordings;
 pub mod response;
 pub mod selection;

@@ -8,8 +8,8 @@
 //! Noise that depends on an effect (a limited command keeps its initial delay error while limited) is not white after
 //! whitening. The differences of repeats under the fit shift the gradient alike, so they form clusters, too.
 
-use crate::inference::evidence::MarginalLikelihood;
-use crate::inference::fit::Fitted;
+use super::evidence::MarginalLikelihood;
+use super::fit::Fitted;
 use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
 
@@ -127,8 +127,8 @@ impl Clusters<'_> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::evidence::evidence;
     use super::*;
-    use crate::inference::evidence::evidence;
     use crate::model::unknown::{ParameterPrior, Role, Unknown};
     use softdock_kernels::philox;
 

@@ -4,7 +4,6 @@
 use crate::inference::adequacy::Level;
 use crate::inference::noise::{Noise, deviations, mean};
 use crate::inference::parameter_deviations::ExperimentRows;
-use crate::inference::quantisation::rounding;
 use crate::inference::trend::{Aged, Detrended, detrended};
 use crate::model::block::{MeasuredBlock, Trial};
 use nalgebra::{DMatrix, DVector};
@@ -291,6 +290,13 @@ impl<'a> BlockRecordings<'a> {
 pub(super) fn bounded(mut whitened: Vec<f64>) -> DVector<f64> {
     whitened.iter_mut().for_each(|w| *w = if w.is_nan() { FARTHEST } else { w.clamp(-FARTHEST, FARTHEST) });
     DVector::from_vec(whitened)
+}
+
+/// Variance of the quantisation of each channel; empty if the readings lie on no steps.
+fn rounding(block: &MeasuredBlock) -> Vec<f64> {
+    let steps = block.quantisation.and_then(|quantisation| (quantisation.steps)(block));
+    // Repeats meet a step in any phase where the output moves through steps: a uniform distribution.
+    steps.map_or_else(Vec::new, |found| found.steps.iter().map(|step| step * step / 12.0).collect())
 }
 
 /// Rows of equal length as a matrix.

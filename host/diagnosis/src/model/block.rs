@@ -32,6 +32,26 @@ pub struct Trial {
     pub measured: Vec<Vec<f64>>,
 }
 
+/// Quantisation steps that all readings of a block lie on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ReadingSteps {
+    /// Step of each channel, in its unit; 0 for channels without one.
+    pub steps: Vec<f64>,
+    /// Value of the effect's size parameter.
+    pub size: f64,
+}
+
+/// Quantisation of a block's readings: the effect by its names, and its detection in the readings.
+#[derive(Clone, Copy, Debug)]
+pub struct Quantisation {
+    /// Name of the hypothesis.
+    pub name: &'static str,
+    /// Name of its size parameter.
+    pub size: &'static str,
+    /// Function that returns the steps; `None` if the readings lie on none.
+    pub steps: fn(&MeasuredBlock) -> Option<ReadingSteps>,
+}
+
 /// Block with its recordings and prior knowledge.
 #[derive(Clone, Debug)]
 pub struct MeasuredBlock {
@@ -71,6 +91,10 @@ pub struct MeasuredBlock {
     /// Cut-off of the low-pass for the relative torque error \[Hz\]; `None` for blocks whose input is no torque of a
     /// drive.
     pub torque_cutoff: Option<f64>,
+    /// Quantisation of the readings; `None` if it is not detectable.
+    pub quantisation: Option<Quantisation>,
+    /// Whether an effect may grow over the session, as warming does, so that repeats are compared one by one.
+    pub may_grow: bool,
 }
 
 impl MeasuredBlock {
@@ -100,6 +124,8 @@ impl MeasuredBlock {
             stands_alone: false,
             tared: false,
             torque_cutoff: None,
+            quantisation: None,
+            may_grow: false,
         }
     }
 

@@ -1,6 +1,6 @@
 //! Fit in progress: its parameters, derivatives and next step.
 
-use crate::inference::fit::{Fitted, Start};
+use super::{Fitted, Start};
 use crate::model::unknown::{Role, Unknown};
 use nalgebra::{DMatrix, DVector};
 

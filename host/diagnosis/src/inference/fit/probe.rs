@@ -1,7 +1,7 @@
 //! Searches beside the end points of fits: effects that jump from sample to sample have narrow minima.
 
-use crate::inference::fit::climb::{Climb, GAIN, MUCH, cost};
-use crate::inference::fit::{HOPELESS, Simulate, simulated};
+use super::climb::{Climb, GAIN, MUCH, cost};
+use super::{HOPELESS, Simulate, simulated};
 use crate::model::unknown::Role;
 
 /// How far one looks to either side, in `z`.

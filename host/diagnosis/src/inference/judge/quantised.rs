@@ -4,7 +4,6 @@ use crate::inference::combine::{Set, price};
 use crate::inference::dead_zone::DeadZone;
 use crate::inference::fit::{Fitted, Start, fit};
 use crate::inference::judge::{JudgementContext, taken, unknowns};
-use crate::inference::quantisation;
 use crate::model::unknown::{Role, Unknown};
 
 /// Share of what the best effect explains that another must explain.
@@ -19,7 +18,8 @@ const WITHIN: [f64; 2] = [0.1, 0.0];
 /// A model of the steps has a minimum wherever readings are a step off, and finds none but the one that it starts in.
 /// It is fitted by all repeats: they are rounded each in its own way, so that one cannot stand for all.
 pub(super) fn pairs(bench: &JudgementContext, singles: &[Fitted], null: &Fitted) -> Vec<Set> {
-    let is_steps = |single: &&Fitted| bench.library[single.hypothesis].name == quantisation::NAME;
+    let Some(quantisation) = bench.block.quantisation else { return Vec::new() };
+    let is_steps = |single: &&Fitted| bench.library[single.hypothesis].name == quantisation.name;
     let Some(steps) = singles.iter().find(is_steps) else { return Vec::new() };
     let Some(zone) = DeadZone::of(&bench.learn) else { return Vec::new() };
     let others = singles.iter().filter(|single| !is_steps(single));
@@ -64,7 +64,7 @@ fn beside(bench: &JudgementContext, zone: &DeadZone, steps: &Fitted, other: &Fit
     let both = [steps, other].map(|fitted| &bench.library[fitted.hypothesis]);
     let unknowns = unknowns(bench.block, &both);
     let mut z = taken(&unknowns, other);
-    if let Some(size) = unknowns.iter().position(|unknown| unknown.name == quantisation::SIZE) {
+    if let Some(size) = unknowns.iter().position(|unknown| unknown.name == zone.size) {
         z[size] = unknowns[size].prior.place(zone.step);
     }
     Start::new(other.hypothesis, unknowns, z)

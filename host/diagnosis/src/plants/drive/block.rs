@@ -109,6 +109,7 @@ pub(crate) fn loaded_block(
         trials: pieces.iter().enumerate().map(trial).collect(),
         decimator,
         clock: Some("time"),
+        may_grow: true,
         ..MeasuredBlock::of(section, name, base, &tolerance, channels)
     };
     block.nuisances.extend(damping);

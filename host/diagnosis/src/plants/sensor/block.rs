@@ -1,5 +1,6 @@
 //! Block from force to reading of a force/torque sensor, from recordings of a test rig.
 
+use super::quantisation::QUANTISATION;
 use crate::data::bandwidth::{highest, judged_steps};
 use crate::data::grid::Piece;
 use crate::data::smooth::{SmoothedSignal, motion};
@@ -54,6 +55,7 @@ pub fn sensor_block(rig: &SensorRig, pieces: &[Piece], held_out: &dyn Fn(&str) -
         trials: trials.collect(),
         decimator: Decimator::new(steps.max(FEWEST_STEPS)),
         clock: Some("time"),
+        quantisation: Some(QUANTISATION),
         known_noise: rig.noise.map_or_else(Vec::new, |[force, moment]| [[force; 3], [moment; 3]].concat()),
         ..MeasuredBlock::of(BlockKind::Sensor.into(), "R5 force to reading", base, &rig.tolerance, channels)
     }

@@ -1,11 +1,11 @@
 //! Excess noise of a sensor: a zero-mean effect, judged by repeat-to-repeat variance.
 
+use super::quantisation;
+use super::quantisation::{Step, of_both};
 use crate::data::grid::Piece;
 use crate::inference::autocorrelation::{CorrelationTime, power};
 use crate::inference::evidence::{CredibleInterval, log_sum};
 use crate::inference::noise::deviations;
-use crate::inference::quantisation;
-use crate::inference::quantisation::{Step, of_both};
 use crate::model::block::MeasuredBlock;
 use crate::plants::sensor::block::READINGS;
 use crate::verdict::answer::{Beside, BlockAnswer, ParameterEstimate};

@@ -1,8 +1,8 @@
 //! Effects of a force/torque sensor: offsets, gains, timing, quantisation, range, and the compensated tool.
 
+use super::quantisation;
+use super::quantisation::{FORCES, MOMENTS, raw_peak, seen_steps};
 use crate::inference::autocorrelation::power;
-use crate::inference::quantisation;
-use crate::inference::quantisation::{FORCES, MOMENTS, raw_peak, seen_steps};
 use crate::inference::white_noise::by_differences;
 use crate::model::block::MeasuredBlock;
 use crate::model::hypothesis::{Entry, Hypothesis, Shelf, size};

@@ -3,6 +3,7 @@
 pub mod block;
 pub mod excess_noise;
 pub mod hypotheses;
+mod quantisation;
 
 use super::{BlockWithLibrary, DiagnosedPlant, judged_views};
 use crate::data::recordings::Recordings;

@@ -1,7 +1,7 @@
 //! Quantisation of a sensor's reading, detected in the raw readings: all readings are whole multiples of the step, so
 //! that they are in phase with it.
 
-use crate::model::block::{MeasuredBlock, Trial};
+use crate::model::block::{MeasuredBlock, Quantisation, ReadingSteps, Trial};
 use rayon::prelude::*;
 use statrs::statistics::Statistics;
 use std::f64::consts::TAU;
@@ -60,14 +60,17 @@ pub(crate) fn of_both(block: &MeasuredBlock) -> [Option<Step>; 2] {
     [FORCES, MOMENTS].map(|channels| on_steps(block, channels))
 }
 
-/// What both steps are to their channels, each of three: nothing where there is no step.
-pub(crate) fn by_channel(steps: [Option<Step>; 2], of: fn(Step) -> f64) -> Vec<f64> {
-    steps.into_iter().flat_map(|step| [step.map_or(0.0, of); 3]).collect()
-}
+/// Quantisation of a sensor's readings.
+pub(crate) const QUANTISATION: Quantisation = Quantisation { name: NAME, size: SIZE, steps: reading_steps };
 
-/// Variance of the rounding of each channel, by the steps that its readings lie on.
-pub(crate) fn rounding(block: &MeasuredBlock) -> Vec<f64> {
-    by_channel(of_both(block), Step::variance)
+/// Steps of all channels. The size is that of the forces, in N, or that of the moments over the sensor's lever where
+/// those alone lie on steps.
+fn reading_steps(block: &MeasuredBlock) -> Option<ReadingSteps> {
+    let both @ [force, moment] = of_both(block);
+    let by_moment = || Some(moment?.size / block.base[block.field("lever")]);
+    let size = force.map(|step| step.size).or_else(by_moment)?;
+    let steps = both.into_iter().flat_map(|step| [step.map_or(0.0, |step| step.size); 3]).collect();
+    Some(ReadingSteps { steps, size })
 }
 
 /// Steps in which the raw force may be read, the largest first, down to some size.
