@@ -276,6 +276,7 @@ impl<'a> JudgementContext<'a> {
             null,
             clamped,
             dispersion,
+            stands_alone: self.block.stands_alone,
             threshold,
             visibility,
             likeness,

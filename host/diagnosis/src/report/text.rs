@@ -29,7 +29,7 @@ pub fn headline(diagnosis: &Diagnosis) -> String {
         _ => String::new(),
     };
     let answer = match diagnosis.answer {
-        DiagnosisVerdict::NoEffect => "These recordings show no model error.".to_owned(),
+        DiagnosisVerdict::NoEffect => format!("These recordings show no model error{}.", off_tolerance(diagnosis)),
         DiagnosisVerdict::Withheld => "No block has a verdict.".to_owned(),
         DiagnosisVerdict::NoPracticalEffect => {
             format!("Statistically significant, but without practical effect: {}.", names(" and "))
@@ -51,6 +51,13 @@ pub fn headline(diagnosis: &Diagnosis) -> String {
         true => format!("Provisional: {}{}", answer[..1].to_lowercase(), &answer[1..]),
         false => answer,
     }
+}
+
+/// Returns the parameters beyond their tolerances.
+fn off_tolerance(diagnosis: &Diagnosis) -> String {
+    let all = diagnosis.blocks.iter().flat_map(|block| &block.nuisances_beyond_prior);
+    let all: Vec<String> = all.map(|(name, z)| format!("{name} is {} tolerances off", significant(*z, 2))).collect();
+    if all.is_empty() { String::new() } else { format!(", but {}", all.join(" and ")) }
 }
 
 /// Returns the form of a model error outside the library, if it holds.

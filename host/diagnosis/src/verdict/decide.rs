@@ -103,7 +103,10 @@ impl Context<'_> {
             Some(best) => best.adequacy.is_some_and(|a| a.own <= a.tolerated),
             None => !self.is_misfit(),
         };
-        !nuisances_beyond_prior(fitted).is_empty() || !explains && self.impossible(present).is_some()
+        // Of many recordings without a model error some have a parameter as rarely far off.
+        let most = if present.is_none() && explains { LARGEST_Z } else { REPORTED_Z };
+        let is_beyond = fitted.nuisances().any(|(_, _, z)| z.abs() > most);
+        is_beyond || !explains && self.impossible(present).is_some()
     }
 
     /// Returns the most probable impossible candidate, if it is more probable than the best possible one.

@@ -32,9 +32,11 @@ impl Judged {
 
     /// Returns the answer with the form of its model error, if no cause of the library explains it.
     pub(crate) fn looked_outside(&mut self, answer: BlockAnswer, prismatic: bool) -> BlockAnswer {
-        let is_outside = answer.answer == DiagnosisVerdict::NotInLibrary;
-        self.outside = is_outside.then(|| self.unmodelled());
+        self.outside = answer.answer.is_open().then(|| self.unmodelled());
         match self.outside.as_ref().and_then(|outside| outside.form.as_ref()) {
+            Some(form) if form.holds && answer.answer == DiagnosisVerdict::ModelInadequate => {
+                answer.without_name().with_form(form, prismatic)
+            }
             Some(form) => answer.with_form(form, prismatic),
             None => answer,
         }

@@ -75,7 +75,7 @@ fn unknown_torque_between_samples_withholds_the_drive_verdict() {
         let diagnosis = bench.diagnose_with(&options).expect("good recordings").0;
         assert_eq!(
             (diagnosis.answer, drive(&diagnosis).answer),
-            (DiagnosisVerdict::NotInLibrary, DiagnosisVerdict::NoEffect)
+            (DiagnosisVerdict::NotInLibrary, DiagnosisVerdict::Withheld)
         );
         assert!(diagnosis.effects.is_empty(), "{:?}", diagnosis.effects);
         assert!(drive(&diagnosis).not_visible.iter().any(|effect| effect.id == "J1_coulomb"));
@@ -224,7 +224,7 @@ fn form_outside_the_library_is_reported_with_its_terms() {
 #[test]
 fn weak_form_outside_the_library_is_not_named_as_frictions() {
     let diagnosis = Bench::drive(&[("quadratic_drag", 10.0)], 11).diagnose();
-    assert_eq!(drive(&diagnosis).answer, DiagnosisVerdict::NotInLibrary, "{:?}", diagnosis.effects);
+    assert!(drive(&diagnosis).answer.is_open(), "{:?}", diagnosis.effects);
     assert!(diagnosis.effects.is_empty(), "no name is spoken: {:?}", diagnosis.effects);
 }
 

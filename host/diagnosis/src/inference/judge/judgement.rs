@@ -114,6 +114,8 @@ pub struct BlockJudgement {
     pub clamped: Fitted,
     /// Dispersion: factor by which residual variances exceed the noise under the best hypothesis, at least 1.
     pub dispersion: f64,
+    /// Whether samples are independent; see `MeasuredBlock::stands_alone`.
+    pub(crate) stands_alone: bool,
     /// Detection threshold in log-odds.
     pub threshold: f64,
     /// Expected log-odds of each hypothesis at a plausible size.
@@ -137,12 +139,12 @@ impl BlockJudgement {
 
     /// Returns the log-odds of a candidate against another, with the price of their effects.
     ///
-    /// Where even the best hypothesis leaves more than noise, no hypothesis is true, and the evidence, which takes the
-    /// remainder for noise, is too sure. Then the log-odds are at most those with which the candidate is closer to the
-    /// data than the other, by the scatter of their difference along the recordings.
+    /// Where a candidate leaves more than noise, it is not true, and the evidence, which takes the remainder for noise, is
+    /// too sure. Then the log-odds are at most those with which the candidate is closer to the data than the other, by
+    /// the scatter of their difference along the recordings. Independent samples have their dispersion for this.
     pub(crate) fn lead(&self, candidate: &Candidate, other: Option<&Candidate>, effects: usize) -> f64 {
         let lead = candidate.score(effects) - other.map_or(0.0, |other| other.score(effects));
-        if self.dispersion < ADEQUATE || lead <= 0.0 {
+        if self.stands_alone || candidate.fitted.mean_square() < ADEQUATE || lead <= 0.0 {
             return lead;
         }
         let other = other.map_or(&self.null, |other| &other.fitted);
