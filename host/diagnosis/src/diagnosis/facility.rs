@@ -42,7 +42,7 @@ pub fn prepare_facility(
     let why = "no drive repeats the commands of another: the noise of the motion is estimated from the residual of the richest hypothesis";
     let provisional = vec![why.to_owned()];
     let logs = learn.into_iter().chain(test).collect();
-    let plant = Box::new(FacilityPlant { model, logs });
+    let plant = Box::new(FacilityPlant::of(model, logs));
     Prepared::new(plant, Recordings { pieces: Vec::new(), held_out }, provisional, findings, options).seen()
 }
 

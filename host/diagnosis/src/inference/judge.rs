@@ -85,6 +85,25 @@ pub(crate) fn explains_better(block: &MeasuredBlock, other: &MeasuredBlock) -> b
     left(block) < left(other)
 }
 
+/// Returns the sum of squares of the training residuals of several forms of a block, each with its nuisance parameters
+/// and a hypothesis fitted from all starts of the hypothesis, in units of the first form's noise; `None` if that is not
+/// identifiable.
+pub(crate) fn misfits_with(forms: &[&MeasuredBlock], hypothesis: &Hypothesis) -> Option<Vec<f64>> {
+    let noise = forms.first()?.part(false).noise(&forms.first()?.base)?;
+    let misfit = |block: &&MeasuredBlock| {
+        let context = JudgementContext::of(block, &[], noise.clone());
+        let free = unknowns(block, &[hypothesis]);
+        let nuisances = free.len() - hypothesis.unknowns.len();
+        let start = |form: &Vec<f64>| {
+            let z = std::iter::repeat_n(0.0, nuisances).chain(form.iter().copied());
+            Start::new(0, free.clone(), z.collect())
+        };
+        let starts = hypothesis.forms.iter().map(start).chain([Start::nominal(free.clone())]).collect();
+        fit(starts, &block.base, block.quotient(), &|sets: &[Vec<f64>]| context.simulated(sets)).remove(0).chi2()
+    };
+    Some(forms.iter().map(misfit).collect())
+}
+
 /// Returns the detection threshold in log-odds: the chance level of a bank of `hypotheses` hypotheses, at least
 /// `LEAST_THRESHOLD`.
 pub fn threshold(bank: &Bank, gram: &Gram, hypotheses: usize) -> f64 {

@@ -5,11 +5,16 @@ pub mod hypotheses;
 
 use super::{BlockWithLibrary, DiagnosedPlant};
 use crate::data::drive_log::DriveLog;
+use crate::data::grid::Finding;
 use crate::data::recordings::Recordings;
+use crate::inference::judge::misfits_with;
 use crate::model::block::MeasuredBlock;
 use crate::model::hypothesis::Hypothesis;
 use crate::model::isolability::BlockView;
+use crate::verdict::answer::BlockAnswer;
+use crate::verdict::judged::{Blocks, Judged};
 use block::{FacilityModel, MOTION, WRENCH, motion_section, wrench_section};
+use std::collections::BTreeSet;
 
 /// A facility with the logs of its drives.
 pub(crate) struct FacilityPlant {
@@ -17,6 +22,47 @@ pub(crate) struct FacilityPlant {
     pub(crate) model: FacilityModel,
     /// Logs of its drives, training and held out.
     pub(crate) logs: Vec<DriveLog>,
+    /// Parameters that all drives share, whatever the campaign draws for each.
+    shared: BTreeSet<usize>,
+    /// Effects whose parameters these are.
+    shared_effects: BTreeSet<&'static str>,
+}
+
+/// Share of the misfit that a common value must leave at most, to replace the draws of a campaign.
+const LEFT: f64 = 0.5;
+/// Residual from which on drives are not explained, in units of the noise.
+const UNEXPLAINED: f64 = 1.3;
+
+impl FacilityPlant {
+    /// Builds the plant of a facility.
+    pub(crate) fn of(model: FacilityModel, logs: Vec<DriveLog>) -> Self {
+        Self { model, logs, shared: BTreeSet::new(), shared_effects: BTreeSet::new() }
+    }
+
+    /// Returns a section in which all drives have the nominal values of parameters.
+    fn with_shared(block: &MeasuredBlock, fields: &BTreeSet<usize>) -> MeasuredBlock {
+        let mut block = block.clone();
+        for trial in &mut block.trials {
+            fields.iter().for_each(|field| trial.recorded.offsets[*field] = 0.0);
+        }
+        block
+    }
+
+    /// Returns the effect, with its parameters, whose common value explains the drives best: a facility has one delay,
+    /// and a campaign that disperses it draws another for each run. `None` if the draws explain them as well.
+    fn best_shared(&self, judged: &Judged) -> Option<(&'static str, BTreeSet<usize>)> {
+        let block = &judged.block;
+        let is_drawn = |field: &usize| block.trials.iter().any(|trial| trial.recorded.offsets[*field] != 0.0);
+        let tried = judged.library.iter().filter_map(|hypothesis| {
+            let fields: BTreeSet<usize> = hypothesis.unknowns.iter().map(|unknown| unknown.field).collect();
+            let drawn: BTreeSet<usize> = fields.into_iter().filter(is_drawn).collect();
+            let shared = (!drawn.is_empty()).then(|| Self::with_shared(block, &drawn))?;
+            let [draws, common] = misfits_with(&[block, &shared], hypothesis)?.try_into().ok()?;
+            Some((common / draws, hypothesis.effect.id, drawn))
+        });
+        let (left, id, fields) = tried.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        (left < LEFT).then_some((id, fields))
+    }
 }
 
 impl DiagnosedPlant for FacilityPlant {
@@ -26,10 +72,11 @@ impl DiagnosedPlant for FacilityPlant {
 
     fn block(&self, recordings: &Recordings, place: usize, finer: usize) -> MeasuredBlock {
         let held = |name: &str| recordings.is_held_out(name);
-        match place {
+        let block = match place {
             0 => motion_section(&self.model, &self.logs, &held, finer),
             _ => wrench_section(&self.model, &self.logs, &held, finer),
-        }
+        };
+        if self.shared.is_empty() { block } else { Self::with_shared(&block, &self.shared) }
     }
 
     fn library(&self, _: &Recordings, place: usize, block: &MeasuredBlock) -> Vec<Hypothesis> {
@@ -46,6 +93,30 @@ impl DiagnosedPlant for FacilityPlant {
             BlockView::judged(block, library, inputs, outputs)
         };
         vec![view(0, &["commands"], &MOTION), view(1, &["motion of the parts"], &WRENCH)]
+    }
+
+    /// Gives all drives one value of what their campaign draws for each, where that explains unexplained drives better.
+    fn update(&mut self, _: &Recordings, all: &Blocks) -> bool {
+        let is_unexplained = |answer: &BlockAnswer| answer.answer.is_open() || answer.residual.after > UNEXPLAINED;
+        let unexplained = all.answers.iter().zip(&all.judged).filter(|(answer, _)| is_unexplained(answer));
+        let found: Vec<_> = unexplained.filter_map(|(_, judged)| self.best_shared(judged)).collect();
+        let known = self.shared.len();
+        for (effect, fields) in found {
+            self.shared.extend(fields);
+            self.shared_effects.insert(effect);
+        }
+        self.shared.len() > known
+    }
+
+    fn withhold_at_last(&self, _: &mut Blocks) -> Vec<Finding> {
+        let finding = |effect: &&'static str| Finding {
+            recording: self.model.scenario().id.clone(),
+            what: format!(
+                "{effect}: the drives share one value; the campaign's draws of it, another for each run, do not describe \
+                 them and are not used"
+            ),
+        };
+        self.shared_effects.iter().map(finding).collect()
     }
 
     /// An emulated facility moves in the steps of its scenario.
