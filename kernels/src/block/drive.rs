@@ -125,8 +125,8 @@ impl DriveValues<f64> {
 /// Angular frequency of the observer that holds the simulated drive to the measured motion \[rad/s\]; critically damped.
 pub const OBSERVER: f64 = TAU * 10.0;
 
-/// Least inertia of a link \[kg m^2\].
-const LIGHTEST: f64 = 1e-3;
+/// Least inertia of a link, as a share of the motor's: machines of any size are simulated alike.
+const LIGHTEST: f64 = 2e-4;
 
 /// A joint's drive, from torque to motion.
 #[derive(Clone, Copy, Debug, Default)]
@@ -244,7 +244,7 @@ impl<R: Real> Inertia<R> {
     #[inline(always)]
     fn of(p: &DriveValues<R>, u: &DriveMotion<R>) -> Self {
         let link = u.payload_inertia.mul_add(p.payload, u.inertia + p.inertia_error);
-        Self { motor: p.motor_inertia, link: link.max(R::lit(LIGHTEST)) }
+        Self { motor: p.motor_inertia, link: link.max(p.motor_inertia * R::lit(LIGHTEST)) }
     }
 
     /// Of both together.

@@ -16,6 +16,8 @@ use std::collections::BTreeSet;
 
 /// Log-odds within which rivals are reported together.
 const GAP: f64 = 3.0;
+/// Share of the training misfit that a candidate leaves at most where only training motion excites it.
+const EXCITED: f64 = 0.8;
 /// z-score from which a nuisance parameter is a finding of its own.
 const REPORTED_Z: f64 = 3.5;
 /// Correlation of signatures from which two effects are confounded.
@@ -89,7 +91,9 @@ impl Context<'_> {
         match best.adequacy {
             Some(a) if !is_adequate(&a, best) => DiagnosisVerdict::NotInLibrary,
             // A short event may be absent from a resample, but the motion is not explained without it.
-            Some(a) if a.gain_lo < PRACTICAL && !self.is_misfit() => DiagnosisVerdict::NoPracticalEffect,
+            Some(a) if a.gain_lo < PRACTICAL && !self.is_misfit() && !self.is_learnt_misfit(best) => {
+                DiagnosisVerdict::NoPracticalEffect
+            }
             _ if several => DiagnosisVerdict::Ambiguous,
             _ => DiagnosisVerdict::Named,
         }
@@ -175,6 +179,13 @@ impl Context<'_> {
     /// Returns whether that is more than noise.
     fn is_misfit(&self) -> bool {
         self.without() >= self.held_out().map_or(ADEQUATE, |adequacy| adequacy.tolerated)
+    }
+
+    /// Returns whether the training recordings are explained only with the candidate: held-out motion that hardly excites
+    /// it does not show that it has no practical effect.
+    fn is_learnt_misfit(&self, best: &Candidate) -> bool {
+        let without = self.judgement.misfit();
+        without >= ADEQUATE && best.fitted.mean_square() < EXCITED * without
     }
 
     /// Returns the adequacy of any candidate on held-out motion.

@@ -3,6 +3,7 @@
 mod bad_input;
 mod bench;
 mod cost;
+mod friction_pair;
 mod measured;
 
 use bench::{Bench, Kind, assert_named, drive};
