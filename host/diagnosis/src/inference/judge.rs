@@ -247,7 +247,7 @@ impl<'a> JudgementContext<'a> {
 
     /// Refuses candidates with a larger torque error than the nominal model has, however much of the motion they explain:
     /// a drive whose torque is computed worse is another drive.
-    fn refuse_worse_torque(&self, clamped: &Fitted, ranking: &mut [Candidate]) {
+    pub(crate) fn refuse_worse_torque(&self, clamped: &Fitted, ranking: &mut [Candidate]) {
         for candidate in ranking.iter_mut().filter(|candidate| candidate.admissible).take(COMPARED) {
             let error = TorqueError::of(self.block, !self.test.is_empty(), [clamped, &candidate.fitted]);
             candidate.worse_torque = error.filter(TorqueError::rises).map(|error| [error.before, error.after]);

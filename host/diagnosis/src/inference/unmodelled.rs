@@ -139,7 +139,7 @@ fn form(
     }
     let members: Vec<usize> = numbers(&picked);
     let candidate = search.candidate(&members, at, judgement);
-    let holds = holds(&candidate, judgement.threshold);
+    let holds = holds(&candidate, judgement.threshold) && !candidate.is_impossible();
     let terms = picked.into_iter().map(|(term, share)| (terms[term].clone(), share)).collect::<Vec<_>>();
     let hypotheses = (0..terms.len()).collect();
     Some(Form { terms, candidate: Candidate { hypotheses, ..candidate }, holds })
@@ -239,6 +239,7 @@ impl Search<'_> {
         self.bench.compensate(dispersion, &mut one);
         self.bench.add_deviations(dispersion, &mut one);
         self.bench.add_adequacies(&judgement.null, &judgement.clamped, &mut one);
+        self.bench.refuse_worse_torque(&judgement.clamped, &mut one);
         let [candidate] = one;
         candidate
     }

@@ -61,10 +61,11 @@ impl<'a> Shelf<'a> {
         unknowns.filter(|unknown| unknown.name == name).for_each(|unknown| unknown.limits = limits);
     }
 
-    /// Makes effects part of the calibration.
-    pub(crate) fn calibrate(&mut self, ids: &[&str]) {
-        let members = self.all.iter_mut().filter(|hypothesis| ids.contains(&hypothesis.effect.id));
-        members.for_each(|hypothesis| hypothesis.calibration = true);
+    /// Makes the effects of these parameters alone part of the calibration.
+    pub(crate) fn calibrate(&mut self, names: &[&str]) {
+        for hypothesis in &mut self.all {
+            hypothesis.calibration = hypothesis.unknowns.iter().all(|unknown| names.contains(&unknown.name.as_str()));
+        }
     }
 
     /// Adds a form outside the catalogue.

@@ -26,7 +26,7 @@ impl Judged {
     /// Returns the fit of an answer: of the named causes, or of the form outside the library.
     pub fn found(&self, answer: &BlockAnswer) -> Option<&Candidate> {
         let named = self.judgement.ranking.iter().find(|candidate| candidate.admissible && !answer.effects.is_empty());
-        let form = self.outside.as_ref().and_then(|outside| outside.form.as_ref());
+        let form = self.outside.as_ref().and_then(|outside| outside.form.as_ref()).filter(|form| form.holds);
         named.or(form.map(|form| &form.candidate))
     }
 
@@ -34,9 +34,10 @@ impl Judged {
     pub(crate) fn looked_outside(&mut self, answer: BlockAnswer, prismatic: bool) -> BlockAnswer {
         self.outside = answer.answer.is_open().then(|| self.unmodelled());
         match self.outside.as_ref().and_then(|outside| outside.form.as_ref()) {
-            Some(form) if form.holds && answer.answer == DiagnosisVerdict::ModelInadequate => {
-                answer.without_name().with_form(form, prismatic)
-            }
+            Some(form) if answer.answer == DiagnosisVerdict::ModelInadequate => match form.holds {
+                true => answer.without_name().with_form(form, prismatic),
+                false => answer,
+            },
             Some(form) => answer.with_form(form, prismatic),
             None => answer,
         }

@@ -108,9 +108,8 @@ pub fn effects(block: &MeasuredBlock) -> Vec<Hypothesis> {
     shelf.all
 }
 
-/// Effects that any model of a drive has slightly wrong.
-const CALIBRATION: [&str; 5] =
-    ["J1_coulomb", "J2_viscous", "J15_link_inertia", "J16_gravity_compensation", "J18_drive_offset"];
+/// Parameters that any model of a drive has slightly wrong. Friction by direction is none: an offset is nearly the same.
+const CALIBRATION: [&str; 6] = ["coulomb", "viscous", "inertia_error", "gravity_cos", "gravity_sin", "offset"];
 /// Greatest relative error of a motor's torque constant: makers state 10 %, and magnets lose up to 20 % with the
 /// temperature (Bertotti, Hysteresis in Magnetism, 1998; data sheets of servo motors).
 const WORST_CONSTANT: f64 = 0.3;
