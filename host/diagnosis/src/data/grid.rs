@@ -80,8 +80,10 @@ pub fn read(path: &Path, rig: &Rig) -> Result<(Vec<Piece>, Vec<Finding>)> {
     };
     let mut signals: BTreeMap<String, Vec<f64>> = rig.log.iter().zip(raw).map(in_si).collect();
     let time = signals.remove("t").expect("asked for above");
+    let damaged = damaged_cells(rig, &mut signals);
     let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
     let mut findings = FindingLog { recording: name, findings: Vec::new() };
+    damaged.into_iter().for_each(|what| findings.note(what));
     let fewest = if matches!(rig.plant, RigModel::Toss(_)) { FEWEST_OF_A_TOSS } else { FEWEST };
     let rows = time.len();
     let mut pieces = Vec::new();
@@ -93,6 +95,55 @@ pub fn read(path: &Path, rig: &Rig) -> Result<(Vec<Piece>, Vec<Finding>)> {
         return Err(DiagnosisError::log(path, None, what, "record longer, or without interruptions"));
     }
     Ok((pieces, findings.findings))
+}
+
+/// Quantile of the second differences of a signal, and how many times a damaged cell is off by it at least.
+const USUAL: f64 = 0.97;
+const OFF: f64 = 15.0;
+/// Share of its deviation up to which the cells around a damaged one agree.
+const AGREE: f64 = 0.1;
+/// Damaged cells of a signal that are listed; the rest is counted.
+const LISTED: usize = 3;
+
+/// Replaces isolated outliers by missing numbers and describes them. The two cells on either side of an outlier agree with
+/// each other: an impact or a jump of the motion takes several samples.
+fn damaged_cells(rig: &Rig, signals: &mut Signals) -> Vec<String> {
+    let mut all = Vec::new();
+    for (name, values) in signals.iter_mut().filter(|(name, _)| *name != "experiment") {
+        let found = isolated(values);
+        if found.is_empty() {
+            continue;
+        }
+        let listed: Vec<String> =
+            found.iter().take(LISTED).map(|row| format!("row {}: {}", row + 1, values[*row])).collect();
+        let more = if found.len() > LISTED { ", ..." } else { "" };
+        let column = rig.log.get(name).map_or(name.as_str(), |column| column.name.as_str());
+        all.push(format!(
+            "{} isolated outliers in column `{column}` are treated as missing ({}{more})",
+            found.len(),
+            listed.join(", ")
+        ));
+        found.into_iter().for_each(|row| values[row] = f64::NAN);
+    }
+    all
+}
+
+/// Returns the rows of isolated outliers.
+fn isolated(values: &[f64]) -> Vec<usize> {
+    let deviation = |row: usize| (values[row] - 0.5 * (values[row - 1] + values[row + 1])).abs();
+    let inner = 2..values.len().saturating_sub(2);
+    let mut usual: Vec<f64> = inner.clone().map(deviation).filter(|deviation| deviation.is_finite()).collect();
+    if usual.is_empty() {
+        return Vec::new();
+    }
+    usual.sort_by(f64::total_cmp);
+    let limit = OFF * usual[((usual.len() - 1) as f64 * USUAL) as usize];
+    let is_isolated = |row: &usize| {
+        let off = deviation(*row);
+        let agree = |a: usize, b: usize| (values[a] - values[b]).abs() < AGREE * off;
+        off > limit && agree(row - 1, row + 1) && agree(row - 2, row - 1) && agree(row + 1, row + 2)
+    };
+    inner.filter(is_isolated).collect()
 }
 
 /// Signals by name.
@@ -250,4 +301,36 @@ fn resampled(time: &[f64], values: &[f64], rows: &[usize], step: f64, count: usi
         values[a] + u * (p + u * (3.0 * way - 2.0 * p - q + u * (p + q - 2.0 * way)))
     };
     (0..count).map(at).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A slow sine with noise and quantisation.
+    fn signal() -> Vec<f64> {
+        let noise = |i: u32| (f64::from(i) * 12.9898).sin();
+        (0..2000).map(|i| (1e3 * ((f64::from(i) * 0.01).sin() + 0.003 * noise(i))).round() / 1e3).collect()
+    }
+
+    #[test]
+    fn isolated_outliers_are_found_and_nothing_else() {
+        assert!(isolated(&signal()).is_empty());
+        let mut damaged = signal();
+        for (row, value) in [(300, 1e6), (700, 0.0), (1001, -damaged[1001]), (1500, 1000.0 * damaged[1500])] {
+            damaged[row] = value;
+        }
+        assert_eq!(isolated(&damaged), [300, 700, 1001, 1500]);
+    }
+
+    #[test]
+    fn impacts_jumps_and_late_samples_are_no_outliers() {
+        let impact = |i: i32| (-0.5 * (f64::from(i - 1000) / 2.0).powi(2)).exp() * 500.0;
+        assert!(isolated(&(0..2000).map(impact).collect::<Vec<_>>()).is_empty(), "an impact of some samples");
+        let jump = |i: i32| if i < 1000 { 0.0 } else { 100.0 };
+        assert!(isolated(&(0..2000).map(jump).collect::<Vec<_>>()).is_empty(), "a jump");
+        let mut late = signal();
+        (100..1900).step_by(50).for_each(|row| late[row] = late[row - 1]);
+        assert!(isolated(&late).is_empty(), "lost packets");
+    }
 }

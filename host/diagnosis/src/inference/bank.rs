@@ -4,6 +4,7 @@
 //! of the whitened residuals. Effects that act only beyond a size (backlash, presliding, saturation) have no derivative
 //! at zero, so the sizes are finite. After Anau Montel, Alvey and Weniger, PRD 111 (2025) 083013.
 
+use super::evidence::regular;
 use super::fit::{Fitted, Simulate};
 use crate::model::hypothesis::Hypothesis;
 use crate::model::unknown::applied;
@@ -23,7 +24,7 @@ impl<'a> Projector<'a> {
     pub fn of(fitted: &'a Fitted) -> Self {
         let jacobian = &fitted.jacobian;
         let normal = jacobian.transpose() * jacobian + DMatrix::identity(jacobian.ncols(), jacobian.ncols());
-        let normal = normal.cholesky().expect("the identity makes it positive definite");
+        let normal = regular(normal);
         Self { jacobian, normal }
     }
 

@@ -2,7 +2,7 @@
 
 use super::fit::Fitted;
 use crate::model::unknown::ParameterPrior;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use statrs::distribution::{ContinuousCDF, Normal};
 
 /// Logarithm of the marginal likelihood (evidence), and the posterior covariance.
@@ -21,7 +21,7 @@ pub struct MarginalLikelihood {
 /// is (MacKay, Information theory, inference, and learning algorithms, ch. 27).
 pub fn evidence(fitted: &Fitted, dispersion: f64) -> MarginalLikelihood {
     let plausible = fitted.plausible();
-    let cholesky = fitted.curvature(dispersion).cholesky().expect("the priors make it positive definite");
+    let cholesky = regular(fitted.curvature(dispersion));
     let log_det: f64 = 2.0 * cholesky.l().diagonal().iter().map(|d| d.ln()).sum::<f64>();
     let log_det = log_det - plausible.iter().map(|weight| weight.ln()).sum::<f64>();
     let covariance = cholesky.inverse();
@@ -40,6 +40,19 @@ pub fn evidence(fitted: &Fitted, dispersion: f64) -> MarginalLikelihood {
         }
     }
     MarginalLikelihood { log, covariance }
+}
+
+/// Returns the Cholesky factor of a matrix that is positive definite but for roundings: readings of any size, such as a
+/// damaged cell, may hide the precision of the priors. Its diagonal is raised until it has a factor.
+pub(crate) fn regular(matrix: DMatrix<f64>) -> Cholesky<f64, Dyn> {
+    let finite = matrix.map(|entry| if entry.is_finite() { entry } else { 0.0 });
+    let largest = finite.diagonal().amax().max(1.0);
+    let raised = |power: i32| {
+        let diagonal = DMatrix::from_diagonal_element(finite.nrows(), finite.ncols(), largest * 10_f64.powi(power));
+        (&finite + diagonal).cholesky()
+    };
+    let exact = finite.clone().cholesky();
+    exact.or_else(|| (-14..=2).find_map(raised)).expect("a dominant diagonal is positive definite")
 }
 
 /// log of the standard normal distribution function, far into its tail.
@@ -89,6 +102,16 @@ pub(crate) fn log_sum<'l>(logs: impl Iterator<Item = &'l f64> + Clone) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn hidden_precision_of_a_prior_leaves_a_factor() {
+        let singular = DMatrix::from_element(2, 2, 1e30) + DMatrix::identity(2, 2);
+        assert!(singular.clone().cholesky().is_none(), "the identity is lost");
+        assert!(regular(singular).inverse().iter().all(|entry| entry.is_finite()));
+        assert!(regular(DMatrix::from_element(2, 2, f64::NAN)).inverse().iter().all(|entry| entry.is_finite()));
+        let regular = regular(DMatrix::from_diagonal_element(2, 2, 4.0));
+        assert_eq!(regular.inverse(), DMatrix::from_diagonal_element(2, 2, 0.25));
+    }
 
     #[test]
     fn unidentified_parameter_has_finite_bounds() {

@@ -8,7 +8,7 @@
 //! Noise that depends on an effect (a limited command keeps its initial delay error while limited) is not white after
 //! whitening. The differences of repeats under the fit shift the gradient alike, so they form clusters, too.
 
-use super::evidence::MarginalLikelihood;
+use super::evidence::{MarginalLikelihood, regular};
 use super::fit::Fitted;
 use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
@@ -64,7 +64,7 @@ pub fn scatter(fitted: &Fitted, rows: usize) -> f64 {
     let clusters = fitted.residual.len() / rows;
     let gradient = |k: usize| fitted.jacobian.rows(k * rows, rows).tr_mul(&fitted.residual.rows(k * rows, rows));
     let gradients = DMatrix::from_columns(&(0..clusters).map(gradient).collect::<Vec<_>>());
-    let curvature = fitted.curvature(1.0).cholesky().expect("the priors make it positive definite");
+    let curvature = regular(fitted.curvature(1.0));
     curvature.solve(&(&gradients * gradients.transpose())).trace() / count as f64
 }
 
