@@ -5,6 +5,7 @@ pub(crate) mod drive_log;
 pub mod grid;
 pub mod hold_out;
 pub(crate) mod recordings;
+pub(crate) mod repeats;
 pub mod smooth;
 pub mod state;
 pub mod table;

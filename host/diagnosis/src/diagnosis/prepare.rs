@@ -4,6 +4,7 @@ use super::{DiagnosisOptions, Prepared};
 use crate::data::grid::{Finding, Piece, read};
 use crate::data::hold_out::{last_third, split};
 use crate::data::recordings::Recordings;
+use crate::data::repeats::separate_motions;
 use crate::plants::{self, DiagnosedPlant};
 use crate::{DiagnosisError, Result};
 use softdock_campaign::Rig;
@@ -20,6 +21,7 @@ const HELD_OUT: &str = ", held out";
 pub fn prepare(rig: Rig, logs: &[&Path], holdout: &[&Path], options: &DiagnosisOptions) -> Result<Prepared> {
     let mut findings = Vec::new();
     let (mut learn, mut test) = (pieces(&rig, logs, &mut findings)?, pieces(&rig, holdout, &mut findings)?);
+    findings.extend([&mut learn, &mut test].into_iter().flat_map(|pieces| separate_motions(pieces)));
     let plant = plants::of_rig(rig.plant);
     if plant.needs_motion() {
         learn.iter().chain(&test).try_for_each(moves)?;
