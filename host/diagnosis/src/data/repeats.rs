@@ -57,8 +57,7 @@ mod tests {
     fn motion_decides_on_repeats() {
         let mut pieces = [piece(1, 0.03, 0.0), piece(2, 0.03, 0.01), piece(3, 0.05, 0.0)];
         let findings = separate_motions(&mut pieces);
-        let names: Vec<(&str, usize)> =
-            pieces.iter().map(|piece| (piece.experiment.as_str(), piece.repeat)).collect();
+        let names: Vec<(&str, usize)> = pieces.iter().map(|piece| (piece.experiment.as_str(), piece.repeat)).collect();
         assert_eq!(names, [("x", 1), ("x", 2), ("x_3", 1)]);
         assert!(matches!(&findings[..], [finding] if finding.recording == "x_3"), "{findings:?}");
     }

@@ -41,8 +41,7 @@ pub(crate) fn decide(
     let answer = context.verdict(present, best, rivals.len() > 1 || !partners.is_empty());
     let is_inadequate = answer == DiagnosisVerdict::ModelInadequate;
     let is_likely = |best: &&Candidate| best.score(library.len()) > 0.0;
-    let possible: Vec<&Candidate> =
-        present.or(best.filter(is_likely)).into_iter().filter(|_| is_inadequate).collect();
+    let possible: Vec<&Candidate> = present.or(best.filter(is_likely)).into_iter().filter(|_| is_inadequate).collect();
     let shown: Vec<&Candidate> = if answer.names() { rivals.clone() } else { Vec::new() };
     let mut effects = context.effects(&shown, &ranking);
     effects.sort_by(|a, b| b.p.total_cmp(&a.p));

@@ -86,22 +86,21 @@ fn wrong_units_and_signs_are_reported() {
 fn damaged_cells_neither_panic_nor_make_a_name() {
     let kinds = [Kind::Drive { link_encoder: false }, Kind::Sensor, Kind::Contact, Kind::Command];
     for trial in first(kinds.len(), 0..1000_u64) {
-        let random = |of: &str, place: u64, below: u64| {
-            (philox::uniform(trial, of, place, 0) * below as f64) as usize
-        };
-        let bench = Bench::of(kinds[trial as usize % kinds.len()], NoiseColour::White, &[], trial).with_recordings(|text| {
-            let mut rows: Vec<Vec<String>> =
-                text.lines().map(|line| line.split(',').map(str::to_owned).collect()).collect();
-            let (count, columns) = (rows.len() as u64, rows[0].len() as u64);
-            for cell in 0..=random("cells", 0, 20) as u64 {
-                let row = 3 + random("row", cell, count - 6);
-                let column = 1 + random("column", cell, columns - 1);
-                let value: f64 = rows[row][column].parse().unwrap_or(0.0);
-                let damaged = [1e6, 0.0, -value, 1000.0 * value, 1e30, -1e12][random("kind", cell, 6)];
-                rows[row][column] = format!("{damaged:e}");
-            }
-            rows.into_iter().map(|row| row.join(",") + "\n").collect()
-        });
+        let random = |of: &str, place: u64, below: u64| (philox::uniform(trial, of, place, 0) * below as f64) as usize;
+        let bench =
+            Bench::of(kinds[trial as usize % kinds.len()], NoiseColour::White, &[], trial).with_recordings(|text| {
+                let mut rows: Vec<Vec<String>> =
+                    text.lines().map(|line| line.split(',').map(str::to_owned).collect()).collect();
+                let (count, columns) = (rows.len() as u64, rows[0].len() as u64);
+                for cell in 0..=random("cells", 0, 20) as u64 {
+                    let row = 3 + random("row", cell, count - 6);
+                    let column = 1 + random("column", cell, columns - 1);
+                    let value: f64 = rows[row][column].parse().unwrap_or(0.0);
+                    let damaged = [1e6, 0.0, -value, 1000.0 * value, 1e30, -1e12][random("kind", cell, 6)];
+                    rows[row][column] = format!("{damaged:e}");
+                }
+                rows.into_iter().map(|row| row.join(",") + "\n").collect()
+            });
         // An error is an answer as well; a name is none, since nothing is hidden.
         if let Ok((diagnosis, _)) = bench.diagnose_with(&DiagnosisOptions::default()) {
             assert!(!matches!(diagnosis.answer, DiagnosisVerdict::Named), "{trial}: {:?}", diagnosis.effects);

@@ -35,9 +35,7 @@ const STEPS: usize = 20;
 
 /// A recording of 20 s: sines up to 1 Hz, friction by inverse dynamics with a bristle, noise of torque and encoder.
 fn recording(seed: u64) -> String {
-    let random = |of: &str, k: usize| {
-        (0..12).map(|j| philox::uniform(seed, of, k as u64, j)).sum::<f64>() - 6.0
-    };
+    let random = |of: &str, k: usize| (0..12).map(|j| philox::uniform(seed, of, k as u64, j)).sum::<f64>() - 6.0;
     let sines: Vec<[f64; 3]> = [0.1, 0.2, 0.3, 0.5, 0.7, 0.9]
         .iter()
         .enumerate()
