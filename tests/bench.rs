@@ -1,6 +1,6 @@
 //! `softdock bench diagnosis` as a process: scores of finished cases, and rejections.
 
-use softdock_bench::plan::{Extent, Wanted, plan};
+use softdock_bench::plan::{Extent, WantedCases, plan};
 use softdock_bench::record::{CaseRecord, Cost, Ledger, RecordedAnswer, RecordedVerdict, SealLine};
 use softdock_bench::seal::{SealedTruth, seal};
 use std::path::Path;
@@ -18,7 +18,7 @@ fn text(bytes: &[u8]) -> String {
 
 /// Writes a results folder in which the first case, a null, has the right answer.
 fn begun(folder: &Path) {
-    let wanted = Wanted { extent: Extent::Ci, plants: Vec::new(), draws: None };
+    let wanted = WantedCases { extent: Extent::Ci, plants: Vec::new(), draws: None };
     let case = plan(&wanted).expect("the drive")[0];
     let sealed = seal(folder, &SealedTruth::of(&case, &[], None)).expect("writable");
     let ledger = Ledger::open(folder, 1, 1).expect("writable");

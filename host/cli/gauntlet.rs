@@ -5,7 +5,7 @@ use crate::terminal::{Exit, Format, Outcome, print, warn, write};
 use crate::values::named;
 use clap::Args;
 use softdock_bench::cases::{count_missing, lay_out_case, run_missing, score_files, selected};
-use softdock_bench::plan::{Case, Extent, Wanted, plan, shard};
+use softdock_bench::plan::{Case, Extent, WantedCases, plan, shard};
 use softdock_bench::record::Ledger;
 use softdock_bench::score::{score, scored};
 use softdock_bench::{GauntletError, summary_text};
@@ -67,7 +67,7 @@ pub(crate) struct BenchDiagnosisArgs {
 }
 
 pub(crate) fn bench_diagnosis(args: &BenchDiagnosisArgs) -> Outcome {
-    let wanted = Wanted { extent: args.size, plants: args.plants.clone(), draws: args.draws };
+    let wanted = WantedCases { extent: args.size, plants: args.plants.clone(), draws: args.draws };
     let all = plan(&wanted)?;
     let folder = args.out.clone().unwrap_or_else(|| default_results(&format!("bench_diagnosis_{}", args.size.word())));
     if let Some(id) = &args.lay_out {

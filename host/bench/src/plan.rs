@@ -29,7 +29,7 @@ impl Extent {
 
 /// Selection of cases.
 #[derive(Clone, Debug)]
-pub struct Wanted {
+pub struct WantedCases {
     /// Extent.
     pub extent: Extent,
     /// Names of plants; all if empty.
@@ -87,7 +87,7 @@ const PAIRS: usize = 20;
 ///
 /// # Errors
 /// An unknown plant.
-pub fn plan(wanted: &Wanted) -> Result<Vec<Case>> {
+pub fn plan(wanted: &WantedCases) -> Result<Vec<Case>> {
     let plants = plants(&wanted.plants, wanted.extent)?;
     let counts: Vec<Counts> = plants.iter().map(|plant| Counts::of(wanted, plant)).collect();
     let most = counts.iter().map(Counts::most).max().unwrap_or(0);
@@ -115,7 +115,7 @@ struct Counts {
 }
 
 impl Counts {
-    fn of(wanted: &Wanted, plant: &GauntletPlant) -> Self {
+    fn of(wanted: &WantedCases, plant: &GauntletPlant) -> Self {
         let (extent, nulls, hidden) = match wanted.extent {
             Extent::Ci => (Extent::Ci, 3, 1),
             Extent::Full if plant.slow => (Extent::Full, 3 * FEW_DRAWS, FEW_DRAWS),
@@ -252,7 +252,7 @@ mod tests {
 
     fn full(plants: &[&str]) -> Vec<Case> {
         let plants = plants.iter().map(|name| (*name).to_owned()).collect();
-        plan(&Wanted { extent: Extent::Full, plants, draws: None }).expect("plants that there are")
+        plan(&WantedCases { extent: Extent::Full, plants, draws: None }).expect("plants that there are")
     }
 
     #[test]
@@ -295,7 +295,7 @@ mod tests {
 
     #[test]
     fn unknown_plant_is_rejected_with_the_list_of_plants() {
-        let wanted = Wanted { extent: Extent::Ci, plants: vec!["wheel".to_owned()], draws: None };
+        let wanted = WantedCases { extent: Extent::Ci, plants: vec!["wheel".to_owned()], draws: None };
         let message = plan(&wanted).expect_err("no such plant").to_string();
         assert!(message.contains("wheel") && message.contains("drive"), "{message}");
     }

@@ -143,12 +143,12 @@ pub fn open(folder: &Path, case: &str, hash: &str) -> Result<SealedTruth> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plan::{Extent, Wanted, plan};
+    use crate::plan::{Extent, WantedCases, plan};
 
     #[test]
     fn changed_truth_is_rejected() {
         let folder = tempfile::tempdir().expect("a folder");
-        let wanted = Wanted { extent: Extent::Ci, plants: Vec::new(), draws: None };
+        let wanted = WantedCases { extent: Extent::Ci, plants: Vec::new(), draws: None };
         let case = plan(&wanted).expect("the usual plants")[0];
         let truth = SealedTruth::of(&case, &[], None);
         let hash = seal(folder.path(), &truth).expect("writable");

@@ -1,9 +1,8 @@
 //! Result files of an identification and of a designed motion.
 
-use crate::Identification;
-use crate::Result;
 use crate::excitation::Excitation;
 use crate::published_errors::PublishedErrors;
+use crate::{Identification, Result};
 use crate::{motion_page, report};
 use softdock_campaign::Robot;
 use softdock_diagnosis::report::result_files::{FiguresAndFiles, readable};

@@ -4,7 +4,7 @@
 //! each list.
 
 use super::*;
-use crate::plan::{Extent, Wanted, plan};
+use crate::plan::{Extent, WantedCases, plan};
 use softdock_diagnosis::judge;
 use softdock_gauntlet::{NoiseColour, Rig, Set};
 use softdock_kernels::effects::share_group;
@@ -78,7 +78,7 @@ fn strangers(recordings: &RecordingsFolder, hidden: &[Hidden]) -> Vec<String> {
 fn detection_limit_of_another_worker_is_reused() {
     let folder = tempfile::tempdir().expect("a folder");
     let [one, two] = [1, 2].map(|number| Ledger::open(folder.path(), number, 2).expect("writable"));
-    let wanted = Wanted { extent: Extent::Full, plants: vec!["drive".to_owned()], draws: None };
+    let wanted = WantedCases { extent: Extent::Full, plants: vec!["drive".to_owned()], draws: None };
     let cases = plan(&wanted).expect("a plant that there is");
     let case = cases.iter().find(|case| case.id() == "drive.effect.C2_lag.x4.0").expect("one of its cases");
     let scale = Some(DetectionLimit { size: 0.003, inseparable: None });

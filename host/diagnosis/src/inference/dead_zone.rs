@@ -1,7 +1,6 @@
 //! Residuals of quantised readings: the part beyond the quantisation step.
 
-use crate::inference::recordings::BlockRecordings;
-use crate::inference::recordings::{MOST_SETS, bounded};
+use crate::inference::recordings::{BlockRecordings, MOST_SETS, bounded};
 use crate::model::block::{ReadingSteps, Trial};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;

@@ -1,8 +1,7 @@
 //! Sensitivity of a block's residuals to a signal added to its late input, knot by knot.
 
 use crate::inference::noise::{Noise, mean};
-use crate::inference::recordings::BlockRecordings;
-use crate::inference::recordings::cut;
+use crate::inference::recordings::{BlockRecordings, cut};
 use nalgebra::{DMatrix, DVector};
 use softdock_kernels::block::Recorded;
 

@@ -2,8 +2,7 @@
 
 use crate::inference::fit::{Fitted, Start, fit};
 use crate::inference::noise::{Noise, mean};
-use crate::inference::recordings::BlockRecordings;
-use crate::inference::recordings::{bounded, cut};
+use crate::inference::recordings::{BlockRecordings, bounded, cut};
 use nalgebra::{DMatrix, DVector};
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use softdock_kernels::block::Recorded;

@@ -1,6 +1,6 @@
 //! Plants: each with its blocks, hypotheses, views and random effects, in a folder of its name.
 //!
-//! A new plant is a folder with an implementation of [`DiagnosedPlant`], and a row in [`of_rig`].
+//! A new plant is a folder with an implementation of `DiagnosedPlant`, and a row in `of_rig`.
 
 pub mod body;
 pub mod command;
