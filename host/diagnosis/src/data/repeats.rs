@@ -1,6 +1,7 @@
 //! Repeats: recordings of one motion. A common name suggests them; the recorded motion decides.
 
 use crate::data::grid::{Finding, Piece};
+use std::collections::BTreeMap;
 
 /// Signals that repeats share, by the beginnings of their names: commands and motion, not what the plant makes of them.
 const MOTION: [&str; 8] = ["ref", "sent", "q", "position", "orientation", "carriage", "reference", "angle"];
@@ -28,29 +29,43 @@ pub(crate) fn separate_motions(pieces: &mut [Piece]) -> Vec<Finding> {
     findings
 }
 
-/// Returns whether two recordings have the same motion; without a signal of it their name decides.
+/// Returns whether two recordings have the same motion; without a signal of it their name decides. Directions of one vector
+/// are compared together: a direction that does not move has noise alone.
 fn is_repeat(first: &Piece, other: &Piece) -> bool {
     let is_motion = |name: &String| MOTION.iter().any(|start| name.starts_with(start)) && !name.contains("force");
-    let shared = first.signals.iter().filter(|(name, _)| is_motion(name));
-    let mut pairs = shared.filter_map(|(name, values)| Some((values, other.signals.get(name)?)));
-    pairs.all(|(values, other)| {
+    let mut vectors: BTreeMap<&str, [f64; 2]> = BTreeMap::new();
+    for (name, values) in first.signals.iter().filter(|(name, _)| is_motion(name)) {
+        let Some(other) = other.signals.get(name) else { continue };
         let count = values.len().min(other.len());
         let mean = values.iter().sum::<f64>() / values.len() as f64;
-        let spread = values[..count].iter().map(|value| (value - mean).powi(2)).sum::<f64>();
-        let apart = values[..count].iter().zip(other).map(|(value, other)| (value - other).powi(2)).sum::<f64>();
-        apart <= ALIKE * ALIKE * spread
-    })
+        let [spread, apart] = vectors.entry(name.split('.').next().unwrap_or(name)).or_default();
+        *spread += values[..count].iter().map(|value| (value - mean).powi(2)).sum::<f64>();
+        *apart += values[..count].iter().zip(other).map(|(value, other)| (value - other).powi(2)).sum::<f64>();
+    }
+    vectors.values().all(|[spread, apart]| *apart <= ALIKE * ALIKE * spread)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::collections::BTreeMap;
 
     fn piece(repeat: usize, rate: f64, offset: f64) -> Piece {
         let angle = |i: i32| (rate * f64::from(i)).sin() + offset;
         let signals = BTreeMap::from([("q".to_owned(), (0..500).map(angle).collect())]);
         Piece { experiment: "x".to_owned(), repeat, start: 0.0, step: 0.01, signals }
+    }
+
+    #[test]
+    fn direction_that_does_not_move_is_no_other_motion() {
+        let with_noise = |repeat: usize| {
+            let noise = |i: i32| 1e-6 * (f64::from(i) * (12.9898 + repeat as f64)).sin();
+            let mut own = piece(repeat, 0.03, 0.0);
+            let moving = own.signals.remove("q").expect("its angle");
+            own.signals.insert("position.x".to_owned(), (0..500).map(noise).collect());
+            own.signals.insert("position.z".to_owned(), moving);
+            own
+        };
+        assert!(separate_motions(&mut [with_noise(1), with_noise(2)]).is_empty());
     }
 
     #[test]
