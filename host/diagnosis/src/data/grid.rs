@@ -80,10 +80,9 @@ pub fn read(path: &Path, rig: &Rig) -> Result<(Vec<Piece>, Vec<Finding>)> {
     };
     let mut signals: BTreeMap<String, Vec<f64>> = rig.log.iter().zip(raw).map(in_si).collect();
     let time = signals.remove("t").expect("asked for above");
-    let damaged = damaged_cells(rig, &mut signals);
     let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
     let mut findings = FindingLog { recording: name, findings: Vec::new() };
-    damaged.into_iter().for_each(|what| findings.note(what));
+    drop_damaged_cells(rig, &mut signals, &mut findings);
     let fewest = if matches!(rig.plant, RigModel::Toss(_)) { FEWEST_OF_A_TOSS } else { FEWEST };
     let rows = time.len();
     let mut pieces = Vec::new();
@@ -105,10 +104,9 @@ const AGREE: f64 = 0.1;
 /// Damaged cells of a signal that are listed; the rest is counted.
 const LISTED: usize = 3;
 
-/// Replaces isolated outliers by missing numbers and describes them. The two cells on either side of an outlier agree with
+/// Replaces isolated outliers by missing numbers and notes them. The two cells on either side of an outlier agree with
 /// each other: an impact or a jump of the motion takes several samples.
-fn damaged_cells(rig: &Rig, signals: &mut Signals) -> Vec<String> {
-    let mut all = Vec::new();
+fn drop_damaged_cells(rig: &Rig, signals: &mut Signals, findings: &mut FindingLog) {
     for (name, values) in signals.iter_mut().filter(|(name, _)| *name != "experiment") {
         let found = isolated(values);
         if found.is_empty() {
@@ -118,14 +116,13 @@ fn damaged_cells(rig: &Rig, signals: &mut Signals) -> Vec<String> {
             found.iter().take(LISTED).map(|row| format!("row {}: {}", row + 1, values[*row])).collect();
         let more = if found.len() > LISTED { ", ..." } else { "" };
         let column = rig.log.get(name).map_or(name.as_str(), |column| column.name.as_str());
-        all.push(format!(
+        findings.note(format!(
             "{} isolated outliers in column `{column}` are treated as missing ({}{more})",
             found.len(),
             listed.join(", ")
         ));
         found.into_iter().for_each(|row| values[row] = f64::NAN);
     }
-    all
 }
 
 /// Returns the rows of isolated outliers.

@@ -4,11 +4,11 @@ use crate::data::grid::{Finding, Piece};
 use std::collections::BTreeMap;
 
 /// Signals that repeats share, by the beginnings of their names: commands and motion, not what the plant makes of them.
-const MOTION: [&str; 8] = ["ref", "sent", "q", "position", "orientation", "carriage", "reference", "angle"];
+const MOTION: [&str; 7] = ["ref", "sent", "q", "position", "orientation", "carriage", "angle"];
 /// Root mean square by which repeats may differ, as a share of the signal's standard deviation.
 const ALIKE: f64 = 0.2;
 
-/// Gives recordings that share a name, but not their motion, names of their own; returns what was found.
+/// Gives recordings that share a name, but not their motion, separate names; returns what was found.
 pub(crate) fn separate_motions(pieces: &mut [Piece]) -> Vec<Finding> {
     let mut findings: Vec<Finding> = Vec::new();
     for place in 0..pieces.len() {

@@ -35,6 +35,13 @@ pub struct Adequacy {
     pub gain_elsewhere: Option<[f64; 2]>,
 }
 
+impl Adequacy {
+    /// Returns whether the fit leaves no more than noise.
+    pub(crate) fn leaves_noise(&self) -> bool {
+        self.own <= self.tolerated
+    }
+}
+
 /// Noise level of motions, in units of the noise that whitens their residuals.
 #[derive(Clone, Copy, Debug)]
 pub struct Level {

@@ -108,10 +108,8 @@ fn has_doubtful_size(library: &[Hypothesis], members: &[usize], fitted: &Fitted,
     let bends = fitted.mean_square() > ADEQUATE;
     let is_doubtful = |number: usize, size: usize| bends || is_vague(size) || is_undone(number, size);
     // What any model has wrong is limited by physics alone.
-    let structure = members.iter().filter(|number| !library[**number].calibration);
-    structure
-        .into_iter()
-        .any(|number| sizes(*number).into_iter().filter(too_large).any(|size| is_doubtful(*number, size)))
+    let mut structure = members.iter().filter(|number| !library[**number].calibration);
+    structure.any(|number| sizes(*number).into_iter().filter(too_large).any(|size| is_doubtful(*number, size)))
 }
 
 /// Drops over-parameterised effects: those with all parameters of another and more that explain hardly more. For
@@ -184,5 +182,5 @@ pub(crate) fn holds(candidate: &Candidate, threshold: f64) -> bool {
 /// Returns whether a fit is adequate on held-out motion, or nearly so with all nuisance parameters within their priors.
 pub(crate) fn is_adequate(adequacy: &Adequacy, candidate: &Candidate) -> bool {
     let z = candidate.greatest_nuisance_deviation().map_or(0.0, |z| z.1.abs());
-    adequacy.own <= adequacy.tolerated || (adequacy.explained >= EXPLAINED && z <= LARGEST_Z)
+    adequacy.leaves_noise() || (adequacy.explained >= EXPLAINED && z <= LARGEST_Z)
 }

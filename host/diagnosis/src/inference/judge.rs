@@ -75,33 +75,35 @@ pub(crate) fn numerical_error(coarse: &MeasuredBlock, fine: &MeasuredBlock) -> O
 /// Returns whether a block has a smaller training residual than the same block with another step, each with fitted
 /// nuisance parameters.
 pub(crate) fn explains_better(block: &MeasuredBlock, other: &MeasuredBlock) -> bool {
-    let Some(noise) = block.part(false).noise(&block.base) else { return false };
-    let left = |block: &MeasuredBlock| {
-        let bench = JudgementContext::of(block, &[], noise.clone());
-        let simulate = |sets: &[Vec<f64>]| bench.simulated(sets);
-        let start = vec![Start::nominal(block.nuisances.clone())];
-        fit(start, &block.base, block.quotient(), &simulate).remove(0).chi2()
-    };
-    left(block) < left(other)
+    let nominal = |block: &MeasuredBlock| vec![Start::nominal(block.nuisances.clone())];
+    misfits([block, other], &nominal).is_some_and(|[own, other]| own < other)
 }
 
-/// Returns the sum of squares of the training residuals of several forms of a block, each with its nuisance parameters
-/// and a hypothesis fitted from all starts of the hypothesis, in units of the first form's noise; `None` if that is not
+/// Returns the sums of squares of the training residuals of two forms of a block, each with its nuisance parameters and a
+/// hypothesis fitted from all starts of the hypothesis, in units of the first form's noise; `None` if that is not
 /// identifiable.
-pub(crate) fn misfits_with(forms: &[&MeasuredBlock], hypothesis: &Hypothesis) -> Option<Vec<f64>> {
-    let noise = forms.first()?.part(false).noise(&forms.first()?.base)?;
-    let misfit = |block: &&MeasuredBlock| {
-        let context = JudgementContext::of(block, &[], noise.clone());
+pub(crate) fn misfits_with(forms: [&MeasuredBlock; 2], hypothesis: &Hypothesis) -> Option<[f64; 2]> {
+    let starts = |block: &MeasuredBlock| {
         let free = unknowns(block, &[hypothesis]);
         let nuisances = free.len() - hypothesis.unknowns.len();
         let start = |form: &Vec<f64>| {
             let z = std::iter::repeat_n(0.0, nuisances).chain(form.iter().copied());
             Start::new(0, free.clone(), z.collect())
         };
-        let starts = hypothesis.forms.iter().map(start).chain([Start::nominal(free.clone())]).collect();
-        fit(starts, &block.base, block.quotient(), &|sets: &[Vec<f64>]| context.simulated(sets)).remove(0).chi2()
+        hypothesis.forms.iter().map(start).chain([Start::nominal(free.clone())]).collect()
     };
-    Some(forms.iter().map(misfit).collect())
+    misfits(forms, &starts)
+}
+
+/// Returns the sums of squares of the training residuals of two forms of a block, fitted from starts of one hypothesis, in
+/// units of the first form's noise; `None` if that is not identifiable.
+fn misfits(forms: [&MeasuredBlock; 2], starts: &dyn Fn(&MeasuredBlock) -> Vec<Start>) -> Option<[f64; 2]> {
+    let noise = forms[0].part(false).noise(&forms[0].base)?;
+    Some(forms.map(|block| {
+        let context = JudgementContext::of(block, &[], noise.clone());
+        let simulate = |sets: &[Vec<f64>]| context.simulated(sets);
+        fit(starts(block), &block.base, block.quotient(), &simulate).remove(0).chi2()
+    }))
 }
 
 /// Returns the detection threshold in log-odds: the chance level of a bank of `hypotheses` hypotheses, at least
@@ -248,10 +250,13 @@ impl<'a> JudgementContext<'a> {
     /// Refuses candidates with a larger torque error than the nominal model has, however much of the motion they explain:
     /// a drive whose torque is computed worse is another drive.
     pub(crate) fn refuse_worse_torque(&self, clamped: &Fitted, ranking: &mut [Candidate]) {
-        for candidate in ranking.iter_mut().filter(|candidate| candidate.admissible).take(COMPARED) {
-            let error = TorqueError::of(self.block, !self.test.is_empty(), [clamped, &candidate.fitted]);
-            candidate.worse_torque = error.filter(TorqueError::rises).map(|error| [error.before, error.after]);
-            candidate.admissible &= candidate.worse_torque.is_none();
+        let mut compared: Vec<&mut Candidate> =
+            ranking.iter_mut().filter(|candidate| candidate.admissible).take(COMPARED).collect();
+        let fits: Vec<&Fitted> = compared.iter().map(|candidate| &candidate.fitted).collect();
+        let errors = TorqueError::of_each(self.block, !self.test.is_empty(), clamped, &fits);
+        for (candidate, error) in compared.iter_mut().zip(errors.into_iter().flatten()) {
+            candidate.worse_torque = Some(error).filter(TorqueError::rises);
+            candidate.admissible = candidate.worse_torque.is_none();
         }
     }
 

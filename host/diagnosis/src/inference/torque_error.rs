@@ -29,10 +29,22 @@ impl TorqueError {
     /// Computes the errors of a drive's block with two fits, on held-out or training motion; `None` for other blocks
     /// and for recordings too slow for the low-pass.
     pub fn of(block: &MeasuredBlock, held_out: bool, [before, after]: [&Fitted; 2]) -> Option<Self> {
+        Self::of_each(block, held_out, before, &[after])?.pop()
+    }
+
+    /// Computes the errors of several fits beside that of one, which is simulated once; `None` as for
+    /// [`of`](Self::of).
+    pub(crate) fn of_each(
+        block: &MeasuredBlock,
+        held_out: bool,
+        before: &Fitted,
+        after: &[&Fitted],
+    ) -> Option<Vec<Self>> {
         let cutoff = cutoff(block, held_out)?;
         let measured = measured_rms(block, held_out, cutoff)?;
         let error = |fitted: &Fitted| Some(missing(block, held_out, &fitted.values(&block.base), cutoff)? / measured);
-        Some(Self { before: error(before)?, after: error(after)?, cutoff_hz: cutoff })
+        let before = error(before)?;
+        after.iter().map(|after| Some(Self { before, after: error(after)?, cutoff_hz: cutoff })).collect()
     }
 
     /// Returns whether the error with the answer is larger by more than a tenth.

@@ -6,7 +6,7 @@ use crate::inference::fit::Fitted;
 use crate::inference::judge::{BlockJudgement, Candidate};
 use crate::model::block::MeasuredBlock;
 use crate::model::hypothesis::Hypothesis;
-use crate::model::unknown::Role;
+use crate::model::unknown::{Role, Unknown};
 use crate::verdict::answer::{
     BlockAnswer, DiagnosisVerdict, EffectFound, Gain, NotVisible, Residual, RuledOut, covariance, parameters,
 };
@@ -64,7 +64,9 @@ pub(crate) fn decide(
         ruled_out: context.ruled_out(&shown),
         not_visible: context.not_visible(),
         confounded: context.confounded(),
-        nuisances_beyond_prior: nuisances_beyond_prior(present.map_or(&judgement.null, |best| &best.fitted)),
+        nuisances_beyond_prior: nuisances_beyond_prior(context.fitted(present))
+            .map(|(unknown, z)| (unknown.name.clone(), z))
+            .collect(),
         samples: judgement.samples,
     }
 }
@@ -84,7 +86,7 @@ impl Context<'_> {
         let Some(best) = present else {
             // Weak evidence that a nuisance parameter explains within its prior needs no cause.
             let explains = |best: &Candidate| {
-                !has_nuisance_beyond_prior(&best.fitted) && best.adequacy.is_some_and(|a| a.own <= a.tolerated)
+                !has_nuisance_beyond_prior(&best.fitted) && best.adequacy.is_some_and(|a| a.leaves_noise())
             };
             let unexplained = self.is_misfit() && !best.is_some_and(explains);
             return if unexplained { DiagnosisVerdict::NotInLibrary } else { DiagnosisVerdict::NoEffect };
@@ -100,17 +102,21 @@ impl Context<'_> {
         }
     }
 
+    /// Returns the fit of an answer: of the candidate that is present, or of the null hypothesis.
+    fn fitted<'f>(&'f self, present: Option<&'f Candidate>) -> &'f Fitted {
+        present.map_or(&self.judgement.null, |best| &best.fitted)
+    }
+
     /// Returns whether the model is inadequate: the answer has a parameter beyond its tolerance, or leaves more than
     /// noise where something impossible leaves less.
     fn is_inadequate(&self, present: Option<&Candidate>) -> bool {
-        let fitted = present.map_or(&self.judgement.null, |best| &best.fitted);
         let explains = match present {
-            Some(best) => best.adequacy.is_some_and(|a| a.own <= a.tolerated),
+            Some(best) => best.adequacy.is_some_and(|a| a.leaves_noise()),
             None => !self.is_misfit(),
         };
         // Of many recordings without a model error some have a parameter as rarely far off.
         let most = if present.is_none() && explains { LARGEST_Z } else { REPORTED_Z };
-        let is_beyond = fitted.nuisances().any(|(_, _, z)| z.abs() > most);
+        let is_beyond = self.fitted(present).nuisances().any(|(_, _, z)| z.abs() > most);
         is_beyond || !explains && self.impossible(present).is_some()
     }
 
@@ -124,10 +130,8 @@ impl Context<'_> {
 
     /// Returns the reasons why the model is inadequate.
     fn inadequacies(&self, present: Option<&Candidate>) -> Vec<String> {
-        let fitted = present.map_or(&self.judgement.null, |best| &best.fitted);
-        let beyond = fitted.nuisances().filter(|(_, _, z)| z.abs() > REPORTED_Z);
-        let mut reasons: Vec<String> = beyond
-            .map(|(_, unknown, z)| {
+        let mut reasons: Vec<String> = nuisances_beyond_prior(self.fitted(present))
+            .map(|(unknown, z)| {
                 let nominal = unknown.prior.value(0.0);
                 format!(
                     "{} would have to be {} instead of {}: {} tolerances off",
@@ -149,8 +153,8 @@ impl Context<'_> {
                     quantity(value, unknown.unit)
                 )
             }));
-            reasons.extend(impossible.worse_torque.map(|[before, after]| {
-                let [before, after] = [before, after].map(|error| significant(100.0 * error, 3));
+            reasons.extend(impossible.worse_torque.map(|error| {
+                let [before, after] = [error.before, error.after].map(|error| significant(100.0 * error, 3));
                 format!("{ids} would explain most, but raises the torque error from {before} % to {after} %")
             }));
         }
@@ -312,9 +316,9 @@ fn quantity(value: f64, unit: &str) -> String {
 }
 
 /// Returns the nuisance parameters whose z-scores are findings of their own.
-fn nuisances_beyond_prior(fitted: &Fitted) -> Vec<(String, f64)> {
+fn nuisances_beyond_prior(fitted: &Fitted) -> impl Iterator<Item = (&Unknown, f64)> {
     let far = fitted.nuisances().filter(|(_, _, z)| z.abs() > REPORTED_Z);
-    far.map(|(_, unknown, z)| (unknown.name.clone(), z)).collect()
+    far.map(|(_, unknown, z)| (unknown, z))
 }
 
 /// Returns the best candidate and those almost as probable.

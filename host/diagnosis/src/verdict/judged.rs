@@ -33,12 +33,10 @@ impl Judged {
     /// Returns the answer with the form of its model error, if no cause of the library explains it.
     pub(crate) fn looked_outside(&mut self, answer: BlockAnswer, prismatic: bool) -> BlockAnswer {
         self.outside = answer.answer.is_open().then(|| self.unmodelled());
-        match self.outside.as_ref().and_then(|outside| outside.form.as_ref()) {
-            Some(form) if answer.answer == DiagnosisVerdict::ModelInadequate => match form.holds {
-                true => answer.without_name().with_form(form, prismatic),
-                false => answer,
-            },
-            Some(form) => answer.with_form(form, prismatic),
+        // A hint beside the reasons of an inadequate model would be one more cause that does not hold.
+        let form = self.outside.as_ref().and_then(|outside| outside.form.as_ref());
+        match form.filter(|form| form.holds || answer.answer == DiagnosisVerdict::NotInLibrary) {
+            Some(form) => answer.without_name().with_form(form, prismatic),
             None => answer,
         }
     }

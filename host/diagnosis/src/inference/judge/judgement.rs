@@ -6,6 +6,7 @@ use crate::inference::combine::price;
 use crate::inference::evidence::{MarginalLikelihood, greatest_nuisance_deviation};
 use crate::inference::fit::Fitted;
 use crate::inference::noise::Noise;
+use crate::inference::torque_error::TorqueError;
 use nalgebra::{DMatrix, DVector};
 
 /// Hypothesis, or combination of hypotheses, with its fit and evidence.
@@ -26,9 +27,8 @@ pub struct Candidate {
     pub by_input_noise: f64,
     /// Whether it is admissible; see `is_admissible`.
     pub admissible: bool,
-    /// Relative torque errors of the nominal model and with the candidate, where the candidate's is larger by more than
-    /// a tenth.
-    pub worse_torque: Option<[f64; 2]>,
+    /// Relative torque errors without and with the candidate, where its own is larger by more than a tenth.
+    pub worse_torque: Option<TorqueError>,
     /// Whether it is admissible under the total uncertainty of its parameters, not under noise alone.
     pub sure: bool,
     /// Whitened residuals of held-out data; empty without any.

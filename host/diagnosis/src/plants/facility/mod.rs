@@ -14,7 +14,7 @@ use crate::model::isolability::BlockView;
 use crate::verdict::answer::BlockAnswer;
 use crate::verdict::judged::{Blocks, Judged};
 use block::{FacilityModel, MOTION, WRENCH, motion_section, wrench_section};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// A facility with the logs of its drives.
 pub(crate) struct FacilityPlant {
@@ -22,10 +22,8 @@ pub(crate) struct FacilityPlant {
     pub(crate) model: FacilityModel,
     /// Logs of its drives, training and held out.
     pub(crate) logs: Vec<DriveLog>,
-    /// Parameters that all drives share, whatever the campaign draws for each.
-    shared: BTreeSet<usize>,
-    /// Effects whose parameters these are.
-    shared_effects: BTreeSet<&'static str>,
+    /// Parameters that all drives share, whatever the campaign draws for each, by the effects that have them.
+    shared: BTreeMap<&'static str, BTreeSet<usize>>,
 }
 
 /// Share of the misfit that a common value must leave at most, to replace the draws of a campaign.
@@ -36,14 +34,13 @@ const UNEXPLAINED: f64 = 1.3;
 impl FacilityPlant {
     /// Builds the plant of a facility.
     pub(crate) fn of(model: FacilityModel, logs: Vec<DriveLog>) -> Self {
-        Self { model, logs, shared: BTreeSet::new(), shared_effects: BTreeSet::new() }
+        Self { model, logs, shared: BTreeMap::new() }
     }
 
     /// Returns a section in which all drives have the nominal values of parameters.
-    fn with_shared(block: &MeasuredBlock, fields: &BTreeSet<usize>) -> MeasuredBlock {
-        let mut block = block.clone();
-        for trial in &mut block.trials {
-            fields.iter().for_each(|field| trial.recorded.offsets[*field] = 0.0);
+    fn with_shared<'f>(mut block: MeasuredBlock, fields: impl IntoIterator<Item = &'f usize>) -> MeasuredBlock {
+        for field in fields {
+            block.trials.iter_mut().for_each(|trial| trial.recorded.offsets[*field] = 0.0);
         }
         block
     }
@@ -54,10 +51,10 @@ impl FacilityPlant {
         let block = &judged.block;
         let is_drawn = |field: &usize| block.trials.iter().any(|trial| trial.recorded.offsets[*field] != 0.0);
         let tried = judged.library.iter().filter_map(|hypothesis| {
-            let fields: BTreeSet<usize> = hypothesis.unknowns.iter().map(|unknown| unknown.field).collect();
-            let drawn: BTreeSet<usize> = fields.into_iter().filter(is_drawn).collect();
-            let shared = (!drawn.is_empty()).then(|| Self::with_shared(block, &drawn))?;
-            let [draws, common] = misfits_with(&[block, &shared], hypothesis)?.try_into().ok()?;
+            let fields = hypothesis.unknowns.iter().map(|unknown| unknown.field);
+            let drawn: BTreeSet<usize> = fields.filter(is_drawn).collect();
+            let shared = (!drawn.is_empty()).then(|| Self::with_shared(block.clone(), &drawn))?;
+            let [draws, common] = misfits_with([block, &shared], hypothesis)?;
             Some((common / draws, hypothesis.effect.id, drawn))
         });
         let (left, id, fields) = tried.min_by(|a, b| a.0.total_cmp(&b.0))?;
@@ -76,7 +73,7 @@ impl DiagnosedPlant for FacilityPlant {
             0 => motion_section(&self.model, &self.logs, &held, finer),
             _ => wrench_section(&self.model, &self.logs, &held, finer),
         };
-        if self.shared.is_empty() { block } else { Self::with_shared(&block, &self.shared) }
+        Self::with_shared(block, self.shared.values().flatten())
     }
 
     fn library(&self, _: &Recordings, place: usize, block: &MeasuredBlock) -> Vec<Hypothesis> {
@@ -100,12 +97,9 @@ impl DiagnosedPlant for FacilityPlant {
         let is_unexplained = |answer: &BlockAnswer| answer.answer.is_open() || answer.residual.after > UNEXPLAINED;
         let unexplained = all.answers.iter().zip(&all.judged).filter(|(answer, _)| is_unexplained(answer));
         let found: Vec<_> = unexplained.filter_map(|(_, judged)| self.best_shared(judged)).collect();
-        let known = self.shared.len();
-        for (effect, fields) in found {
-            self.shared.extend(fields);
-            self.shared_effects.insert(effect);
-        }
-        self.shared.len() > known
+        let is_new = !found.is_empty();
+        found.into_iter().for_each(|(effect, fields)| self.shared.entry(effect).or_default().extend(fields));
+        is_new
     }
 
     fn withhold_at_last(&self, _: &mut Blocks) -> Vec<Finding> {
@@ -116,7 +110,7 @@ impl DiagnosedPlant for FacilityPlant {
                  them and are not used"
             ),
         };
-        self.shared_effects.iter().map(finding).collect()
+        self.shared.keys().map(finding).collect()
     }
 
     /// An emulated facility moves in the steps of its scenario.

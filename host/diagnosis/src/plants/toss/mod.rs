@@ -32,7 +32,7 @@ impl DiagnosedPlant for TossPlant {
         judged_views(blocks, &block::POSES, &block::WAYS.map(|way| way.0))
     }
 
-    /// Every fourth toss: what follows a moment of a toss is no motion of its own.
+    /// Every fourth toss: what follows a moment of a toss is not a separate motion.
     fn default_hold_out(&self) -> Option<Every> {
         Some(Every { divisor: 4, rest: 1 })
     }
