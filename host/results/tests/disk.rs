@@ -117,7 +117,7 @@ fn temporary(folder: &Path) -> Vec<PathBuf> {
 }
 
 #[test]
-fn a_killed_writers_file_is_removed_at_once_and_a_living_ones_never() {
+fn a_killed_writers_file_is_removed_at_once_and_a_locked_one_never() {
     let results = folder();
     let runs = results.path().join("runs");
     let mut found = 0;
@@ -132,7 +132,9 @@ fn a_killed_writers_file_is_removed_at_once_and_a_living_ones_never() {
                 let _ =
                     File::options().write(true).open(path).and_then(|file| file.set_modified(SystemTime::UNIX_EPOCH));
             }
-            assert_eq!(remove_abandoned(results.path()).expect("a folder"), 0, "the writer lives");
+            // A file that its writer has not locked yet may go: the writer then makes another. It ends if it loses any
+            // other file.
+            remove_abandoned(results.path()).expect("a folder");
             assert!(writer.try_wait().expect("a process").is_none(), "the writer lost its file");
             rounds += 1;
         }
