@@ -106,6 +106,8 @@ impl Prepared {
         findings: Vec<Finding>,
         options: &DiagnosisOptions,
     ) -> Self {
+        let mut plant = plant;
+        plant.exclude(&options.without);
         Self {
             plant,
             recordings,

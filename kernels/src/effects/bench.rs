@@ -10,6 +10,18 @@ pub const BENCH_EFFECTS: &[Effect] = &[
         "age of the samples of the encoder behind the gear",
         "a cycle of 4 ms of a controller or of its recorder",
     ),
+    of(
+        "J21_base_tilt",
+        EffectBlock::Robot,
+        "tilt of the robot's base against gravity",
+        "a floor levelled to 2 mm per m, engineering judgement",
+    ),
+    of(
+        "J22_axis_coupling",
+        EffectBlock::Robot,
+        "motor that turns with the axis before its own, as in wrists",
+        "inertia and friction of the motor itself",
+    ),
     of("K11_shape", EffectBlock::Contact, "size of the body and radius of its corners", "callipers, 1 mm"),
     of(
         "K12_rolling",

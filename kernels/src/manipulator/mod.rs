@@ -11,6 +11,7 @@ mod inverse_dynamics;
 mod inverse_kinematics;
 mod kinematics;
 pub mod sample;
+mod whole;
 
 pub(crate) use arm::Arm;
 pub use cell::{drive, drives_at, set_point};
@@ -19,6 +20,7 @@ pub use friction::{Levels, bristle};
 pub use inverse_dynamics::{counterweight_torque, inverse_dynamics, rigid_torques};
 pub use inverse_kinematics::{Branch, Posture, SphericalWrist, best_posture, nearest_turn};
 pub use kinematics::{flange, joint_axis, link_frames};
+pub use whole::{AxisCoupling, RobotErrors};
 
 use crate::model::Link;
 use crate::segment::Segment;

@@ -9,7 +9,7 @@ use crate::robot::{Quantity, Robot};
 use crate::source::Source;
 use crate::written::rig::{RigFile, RobotTable};
 use softdock_kernels::block::drive::DriveValues;
-use softdock_kernels::manipulator::{Joint, Manipulator, rigid_torques};
+use softdock_kernels::manipulator::{AxisCoupling, Joint, Manipulator, RobotErrors, rigid_torques};
 use softdock_kernels::vector::Vec3;
 use softdock_kernels::with_joints;
 use std::collections::BTreeMap;
@@ -17,8 +17,11 @@ use std::collections::BTreeMap;
 /// A robot, axis by axis.
 #[derive(Clone, Debug)]
 pub struct RobotRig {
-    /// Kinematics, links and counterbalances, which load the drives.
+    /// Kinematics, links and counterbalances, which load the drives; with the errors of the robot as a whole that the
+    /// rig's effects name.
     pub model: Manipulator,
+    /// Coupling of each axis to the one before.
+    pub couplings: Vec<AxisCoupling<f64>>,
     /// The drive of each axis as far as it is known; its load is the model's.
     pub drives: Vec<DriveRig>,
 }
@@ -47,14 +50,31 @@ pub(super) fn robot(c: &mut Checker, file: &RigFile) -> Option<(RobotRig, BTreeM
             return None;
         }
     }
+    let mut rig = RobotRig { couplings: vec![AxisCoupling::null(); drives.len()], model: robot.model.clone(), drives };
     for effect in &file.effect {
-        if let Some(axis) = is_known_at(c, effect, drives.len()) {
-            drives[axis].values = with_parameters(c, false, effect, &drives[axis].values);
+        match effect.id.value.as_str() {
+            // What the model has already is part of it: a further load adds to the first.
+            id if WHOLE.contains(&id) && effect.joint.is_none() => {
+                rig.model = rig.model.with_errors(&with_parameters(c, false, effect, &RobotErrors::null()));
+            }
+            COUPLING => {
+                if let Some(axis) = is_known_at(c, effect, rig.drives.len()) {
+                    rig.couplings[axis] = with_parameters(c, false, effect, &rig.couplings[axis]);
+                }
+            }
+            _ => {
+                if let Some(axis) = is_known_at(c, effect, rig.drives.len()) {
+                    rig.drives[axis].values = with_parameters(c, false, effect, &rig.drives[axis].values);
+                }
+            }
         }
     }
-    let columns = columns(&robot);
-    Some((RobotRig { model: robot.model, drives }, columns, source))
+    Some((rig, columns(&robot), source))
 }
+
+/// Effects of a robot as a whole, which name no axis; and the effect that couples an axis to the one before.
+const WHOLE: [&str; 2] = ["J14_payload", "J21_base_tilt"];
+const COUPLING: &str = "J22_axis_coupling";
 
 /// The robot's model; nothing if its file cannot be read, which is noted.
 fn model(c: &mut Checker, written: &RobotTable) -> Option<(Robot, Source)> {

@@ -97,6 +97,9 @@ pub(crate) trait DiagnosedPlant {
         None
     }
 
+    /// Excludes effects from what is judged without a block; libraries of blocks are filtered elsewhere.
+    fn exclude(&mut self, _without: &[String]) {}
+
     /// Returns answers and findings that need no block.
     fn before_blocks(&self, _recordings: &Recordings) -> (Vec<BlockAnswer>, Vec<Finding>) {
         (Vec::new(), Vec::new())

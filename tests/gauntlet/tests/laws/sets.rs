@@ -193,14 +193,3 @@ fn truth_is_not_written_to_the_folder() {
     assert!(!set.model.contains("backlash"));
     assert!(set.truth.hidden[0].parameters.iter().any(|parameter| parameter.name == "half_gap"));
 }
-
-#[test]
-fn data_set_is_generated_quickly() {
-    for &rig in RIGS {
-        let start = Instant::now();
-        let _ = set(rig, &every(rig).take(1).collect::<Vec<_>>(), 1);
-        let seconds = start.elapsed().as_secs_f64();
-        println!("{rig:?}: {:.0} ms", seconds * 1e3);
-        assert!(seconds < 5.0, "{rig:?}: {seconds} s");
-    }
-}

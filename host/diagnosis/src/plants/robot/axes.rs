@@ -29,7 +29,7 @@ impl RobotPlant {
     }
 
     fn carrying(&self, recordings: &Recordings, drives: Vec<DriveValues<f64>>) -> Axes {
-        Axes { loads: loads(&self.rig, &recordings.pieces, &drives), drives }
+        Axes { loads: loads(&self.whole(recordings).rig, &recordings.pieces, &drives), drives }
     }
 
     /// Recomputes the loads of the axes if a gear with another compliance was identified, because its link moves

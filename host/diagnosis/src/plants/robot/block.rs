@@ -8,8 +8,8 @@ use crate::plants::robot::links::{at, helped, links, weightless};
 use softdock_campaign::rig::{AXIS_SIGNALS, RobotRig};
 use softdock_kernels::block::drive::DriveValues;
 use softdock_kernels::manipulator::{Manipulator, rigid_torques};
-use softdock_kernels::model::{Link, MAX_JOINTS};
-use softdock_kernels::vector::Sym3;
+use softdock_kernels::model::MAX_JOINTS;
+use softdock_kernels::vector::Vec3;
 use softdock_kernels::with_joints;
 
 /// Cut-off of the low-pass for the relative torque error \[Hz\].
@@ -24,9 +24,26 @@ const NAMES: [&str; MAX_JOINTS] = [
     "R3 torque to motion, axis 6",
     "R3 torque to motion, axis 7",
 ];
-/// Returns the axis of a block, from 1; `None` for blocks of other plants.
+/// Name of the answer for the robot as a whole, and of couplings of an axis to the one before, from axis 2 on.
+pub(super) const LOAD: &str = "R3 torques of all axes";
+const COUPLINGS: [&str; MAX_JOINTS - 1] = [
+    "R3 coupling of axes 1 and 2",
+    "R3 coupling of axes 2 and 3",
+    "R3 coupling of axes 3 and 4",
+    "R3 coupling of axes 4 and 5",
+    "R3 coupling of axes 5 and 6",
+    "R3 coupling of axes 6 and 7",
+];
+
+/// Returns the axis of a block, from 1; `None` for blocks of other plants and of the robot as a whole.
 pub fn axis(block: &str) -> Option<usize> {
-    NAMES.iter().position(|name| *name == block).map(|axis| axis + 1)
+    let of = |names: &[&str]| names.iter().position(|name| *name == block);
+    of(&NAMES).map(|axis| axis + 1).or(of(&COUPLINGS).map(|axis| axis + 2))
+}
+
+/// Name of the coupling of an axis, from 0, to the one before.
+pub(super) fn coupling(axis: usize) -> &'static str {
+    COUPLINGS[axis - 1]
 }
 
 /// Load of each axis: `[recording][axis][sample]`.
@@ -63,7 +80,7 @@ fn carried<const N: usize>(rig: &RobotRig, piece: &Piece, drives: &[DriveValues<
     let robot = &rig.model;
     let motions: [SmoothedSignal; N] = links(rig, piece, drives);
     let unladen_weightless = weightless(robot);
-    let laden = laden(robot);
+    let laden = robot.with_load(1.0, Vec3::zero());
     let laden_weightless = weightless(&laden);
     let mut all = vec![Vec::with_capacity(piece.samples()); N];
     for k in 0..piece.samples() {
@@ -72,6 +89,7 @@ fn carried<const N: usize>(rig: &RobotRig, piece: &Piece, drives: &[DriveValues<
         let torques = |robot: &Manipulator| rigid_torques(robot, angle, rate, acceleration);
         let (whole, laden_whole) = (torques(robot), torques(&laden));
         let held = rigid_torques(robot, angle, [0.0; N], [0.0; N]);
+        let coupled = couplings(rig, rate, acceleration, |axis| piece.signals[&format!("tau.{}", axis + 1)][k]);
         for (axis, all) in all.iter_mut().enumerate() {
             let unit = std::array::from_fn(|other| if other == axis { 1.0 } else { 0.0 });
             let inertia = |robot: &Manipulator| rigid_torques(robot, angle, [0.0; N], unit)[axis];
@@ -80,7 +98,7 @@ fn carried<const N: usize>(rig: &RobotRig, piece: &Piece, drives: &[DriveValues<
             let without = |torque: f64, inertia: f64| torque - inertia * acceleration[axis];
             all.push(Carried {
                 weight: held[axis] - helped(robot, axis, angle[axis]),
-                coupling: without(whole[axis] - held[axis], own),
+                coupling: without(whole[axis] - held[axis], own) + coupled[axis],
                 inertia: own,
                 payload_weight: without(laden_whole[axis] - whole[axis], payload_inertia),
                 payload_inertia,
@@ -90,18 +108,33 @@ fn carried<const N: usize>(rig: &RobotRig, piece: &Piece, drives: &[DriveValues<
     all
 }
 
-/// The robot with a kilogram more at its flange.
-fn laden(robot: &Manipulator) -> Manipulator {
-    let mut laden = robot.clone();
-    if let Some(joint) = laden.joints.last_mut() {
-        let Link { mass, com, inertia, .. } = joint.link;
-        let flange = robot.flange.position;
-        let whole = mass + 1.0;
-        let centre = (com * mass + flange) * (1.0 / whole);
-        let moved = Sym3::point_mass(mass, com - centre) + Sym3::point_mass(1.0, flange - centre);
-        joint.link = Link { mass: whole, com: centre, inertia: inertia + moved, ..joint.link };
+/// Rate over which the friction of a coupled motor changes sign \[rad/s\].
+const REVERSAL: f64 = 0.005;
+
+/// Torque on each axis from motors that turn with the axis before their own, beyond what they load their own axis with
+/// if that one rests.
+fn couplings<const N: usize>(
+    rig: &RobotRig,
+    rate: [f64; N],
+    acceleration: [f64; N],
+    torque: impl Fn(usize) -> f64,
+) -> [f64; N] {
+    let mut all = [0.0; N];
+    let sign = |rate: f64| (rate / REVERSAL).tanh();
+    for (axis, own) in rig.couplings.iter().enumerate().filter(|(axis, own)| *axis > 0 && own.coupling_ratio != 0.0) {
+        let ratio = own.coupling_ratio;
+        let (before, pushed) = (ratio * rate[axis - 1], ratio * acceleration[axis - 1]);
+        let both = rate[axis] + before;
+        all[axis] += own.coupling_inertia * pushed
+            + own.coupling_viscous * before
+            + own.coupling_coulomb * (sign(both) - sign(rate[axis]));
+        all[axis - 1] += ratio
+            * (own.coupling_inertia * (acceleration[axis] + pushed)
+                + own.coupling_viscous * both
+                + own.coupling_coulomb * sign(both)
+                + own.coupling_torque * torque(axis));
     }
-    laden
+    all
 }
 
 /// What is carried on the straight way from one sample to the next.
@@ -154,7 +187,7 @@ mod tests {
         let piece = swings(step);
         let rigid = drives(&rig, 0.0, 0.0);
         let motions = links::<6>(&rig, &piece, &rigid);
-        for (model, kilograms) in [(rig.model.clone(), 0.0), (laden(&rig.model), 1.0)] {
+        for (model, kilograms) in [(rig.model.clone(), 0.0), (rig.model.with_load(1.0, Vec3::zero()), 1.0)] {
             let carried = carried::<6>(&rig, &piece, &rigid);
             for k in (300..1200).step_by(50) {
                 let (angle, rate) = (at(&motions, k, |m| &m.value), at(&motions, k, |m| &m.rate));

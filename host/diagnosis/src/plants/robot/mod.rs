@@ -3,6 +3,7 @@
 mod axes;
 pub mod block;
 mod links;
+mod whole;
 
 use super::{BlockWithLibrary, DiagnosedPlant, drive};
 use crate::data::grid::Finding;
@@ -10,15 +11,21 @@ use crate::data::recordings::Recordings;
 use crate::model::block::MeasuredBlock;
 use crate::model::hypothesis::Hypothesis;
 use crate::model::isolability::BlockView;
+use crate::verdict::answer::BlockAnswer;
 use crate::verdict::judged::Blocks;
 use crate::{DiagnosisError, Result};
 use axes::Axes;
 use softdock_campaign::rig::RobotRig;
 use std::cell::OnceCell;
+use whole::Whole;
 
 /// The robot of a rig.
 pub(crate) struct RobotPlant {
     rig: RobotRig,
+    /// Effects that are not judged.
+    without: Vec<String>,
+    /// Errors of the robot as a whole, and the robot with them.
+    whole: OnceCell<Whole>,
     /// Loads of the axes, computed once for a set of gears.
     axes: OnceCell<Axes>,
     /// How often the axes were judged.
@@ -28,7 +35,14 @@ pub(crate) struct RobotPlant {
 impl RobotPlant {
     /// Builds the plant, with the gears of the model.
     pub(crate) fn of(rig: RobotRig) -> Self {
-        Self { rig, axes: OnceCell::new(), passes: 1 }
+        Self { rig, without: Vec::new(), whole: OnceCell::new(), axes: OnceCell::new(), passes: 1 }
+    }
+}
+
+impl RobotPlant {
+    /// Returns the judgement of the robot as a whole.
+    fn whole(&self, recordings: &Recordings) -> &Whole {
+        self.whole.get_or_init(|| Whole::of(&self.rig, recordings, &self.without))
     }
 }
 
@@ -40,11 +54,23 @@ impl DiagnosedPlant for RobotPlant {
     fn block(&self, recordings: &Recordings, place: usize, finer: usize) -> MeasuredBlock {
         let loads = &self.axes(recordings).loads;
         let held = |name: &str| recordings.is_held_out(name);
-        block::robot_block(&self.rig, place, &recordings.pieces, loads, &held, finer)
+        block::robot_block(&self.whole(recordings).rig, place, &recordings.pieces, loads, &held, finer)
     }
 
+    /// A load at the flange acts on several axes, and is judged in the torques of all.
     fn library(&self, _: &Recordings, _: usize, block: &MeasuredBlock) -> Vec<Hypothesis> {
-        drive::hypotheses::effects(block)
+        let mut library = drive::hypotheses::effects(block);
+        library.retain(|hypothesis| hypothesis.effect.id != "J14_payload");
+        library
+    }
+
+    fn exclude(&mut self, without: &[String]) {
+        self.without = without.to_vec();
+    }
+
+    fn before_blocks(&self, recordings: &Recordings) -> (Vec<BlockAnswer>, Vec<Finding>) {
+        let Whole { answer, findings, .. } = self.whole(recordings);
+        (answer.iter().cloned().collect(), findings.clone())
     }
 
     fn dictionary(&self, block: &MeasuredBlock) -> Vec<Hypothesis> {
@@ -56,7 +82,7 @@ impl DiagnosedPlant for RobotPlant {
             let outputs: &[&'static str] = if block.channels.len() > 1 { &["q", "q_link"] } else { &["q"] };
             BlockView::judged(block, library, &["tau"], outputs)
         };
-        blocks.iter().map(view).collect()
+        std::iter::once(whole::view()).chain(blocks.iter().map(view)).collect()
     }
 
     /// Every axis must have its angle and its torque.

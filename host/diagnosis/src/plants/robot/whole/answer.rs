@@ -1,0 +1,295 @@
+//! Answer for the robot as a whole: the named causes, what was ruled out, the gain on held-out motion.
+
+use super::regression::{Fit, Regression, Sampled};
+use super::terms::{Cause, Kind, Terms};
+use super::{PENALTY, THRESHOLD, Whole, places, sets};
+use crate::data::grid::Finding;
+use crate::plants::robot::block::{LOAD, axis, coupling};
+use crate::verdict::answer::{
+    BlockAnswer, DiagnosisVerdict, EffectFound, Gain, NotVisible, ParameterEstimate, Residual, RuledOut,
+};
+use nalgebra::{DMatrix, DVector};
+use softdock_campaign::rig::RobotRig;
+use softdock_kernels::manipulator::{AxisCoupling, RobotErrors};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Half width of a 95 % interval in standard deviations.
+const WIDTH: f64 = 1.96;
+/// Least gain on held-out motion of practical importance.
+const PRACTICAL: f64 = 0.01;
+/// Share by which the torque error of an axis may rise on held-out motion.
+const RISE: f64 = 0.1;
+/// Length of a block of the gain's interval \[s\].
+const BLOCK: f64 = 1.0;
+/// Smallest variance of a ratio's blocks.
+const LEAST_BLOCKS: usize = 4;
+
+/// Rounds in which noise and the best set of causes determine each other.
+const ROUNDS: usize = 3;
+
+/// Sets of possible causes, the most probable first, with their log-odds against none.
+struct Ranking(Vec<(BTreeSet<usize>, f64)>);
+
+impl Ranking {
+    fn of(rig: &RobotRig, causes: &[Cause], regression: &Regression) -> Self {
+        let none = regression.fit(&[]).evidence;
+        let weighed = |set: BTreeSet<usize>| {
+            let fit = regression.fit(&places(causes, &set));
+            let possible = set.iter().all(|cause| {
+                let cause = &causes[*cause];
+                cause.is_possible(rig, &fit.of(cause.terms.clone()).0)
+            });
+            let log_odds = fit.evidence - none - PENALTY * set.len() as f64;
+            possible.then_some((set, log_odds))
+        };
+        let mut all: Vec<_> = sets(causes).into_iter().filter_map(weighed).collect();
+        all.sort_by(|a, b| b.1.total_cmp(&a.1));
+        Self(all)
+    }
+
+    fn best(&self) -> &BTreeSet<usize> {
+        // That without causes is always possible.
+        &self.0[0].0
+    }
+
+    /// Log-odds of the best set with a cause against the best without it.
+    fn lead(&self, cause: usize) -> f64 {
+        let best = |with: bool| self.0.iter().find(|(set, _)| set.contains(&cause) == with).map(|own| own.1);
+        best(true).unwrap_or(f64::NEG_INFINITY) - best(false).unwrap_or(0.0)
+    }
+
+    /// Posterior probability of a cause.
+    fn share(&self, cause: usize) -> f64 {
+        let weight = |log_odds: f64| (log_odds - self.0[0].1).exp();
+        let own = self.0.iter().filter(|(set, _)| set.contains(&cause)).map(|own| weight(own.1));
+        own.sum::<f64>() / self.0.iter().map(|own| weight(own.1)).sum::<f64>()
+    }
+}
+
+/// Judges all sets of causes.
+pub(super) fn whole(rig: &RobotRig, terms: &Terms, mut regression: Regression, recordings: &[Sampled]) -> Whole {
+    let causes = &terms.causes;
+    let local = causes.len() - 1;
+    let mut ranking = Ranking::of(rig, causes, &regression);
+    for _ in 0..ROUNDS {
+        regression.learn_noise(&places(causes, ranking.best()), recordings);
+        ranking = Ranking::of(rig, causes, &regression);
+    }
+    // Errors that every axis has by itself are judged axis by axis; here they widen the intervals.
+    let background: BTreeSet<usize> = ranking.best().iter().copied().filter(|cause| *cause == local).collect();
+    let leads = |cause: &usize| *cause != local && ranking.lead(*cause) > THRESHOLD;
+    let named: BTreeSet<usize> = ranking.best().iter().copied().filter(leads).collect();
+    let chosen: BTreeSet<usize> = named.union(&background).copied().collect();
+    let before = regression.fit(&places(causes, &background));
+    let after = regression.fit(&places(causes, &chosen));
+    let held_out = HeldOut::of(&before, &after, &regression, recordings);
+    let expected = |cause: usize| regression.expected(&places(causes, &BTreeSet::from([cause])));
+    let others = || (0..local).filter(|cause| !named.contains(cause));
+    let hidden = |cause: usize| NotVisible {
+        id: effect(causes[cause].kind).0,
+        name: effect(causes[cause].kind).1,
+        block: block(causes[cause].kind),
+        log_odds: expected(cause),
+    };
+    let not_visible: Vec<NotVisible> = others().map(hidden).filter(|own| own.log_odds < THRESHOLD).collect();
+    if named.is_empty() || !held_out.confirms() {
+        let finding = nothing(&not_visible);
+        return Whole { answer: None, findings: vec![finding], rig: rig.clone() };
+    }
+    let ruled_out = others().map(|cause| RuledOut {
+        id: effect(causes[cause].kind).0,
+        block: block(causes[cause].kind),
+        log_odds: -ranking.lead(cause),
+        implausible: false,
+        residual: None,
+    });
+    let mut ruled_out: Vec<RuledOut> =
+        ruled_out.filter(|own| own.log_odds > THRESHOLD && own.log_odds.is_finite()).collect();
+    ruled_out.sort_by(|a, b| a.log_odds.total_cmp(&b.log_odds));
+    let effects: Vec<EffectFound> =
+        named.iter().map(|cause| found(&causes[*cause], &after, ranking.share(*cause))).collect();
+    let is_practical = held_out.gain.value >= PRACTICAL;
+    let answer = BlockAnswer {
+        block: LOAD,
+        answer: if is_practical { DiagnosisVerdict::Named } else { DiagnosisVerdict::NoPracticalEffect },
+        inadequate: Vec::new(),
+        possible: Vec::new(),
+        form: None,
+        partner_missing: Vec::new(),
+        log_odds: named.iter().map(|cause| ranking.lead(*cause)).fold(0.0, f64::max),
+        threshold: THRESHOLD,
+        gain: Some(held_out.gain),
+        residual: held_out.residual,
+        torque_error: None,
+        free_run: None,
+        held_out: true,
+        ruled_out,
+        not_visible,
+        confounded: Vec::new(),
+        nuisances_beyond_prior: Vec::new(),
+        samples: recordings.iter().flat_map(|own| &own.axes).map(DMatrix::nrows).sum(),
+        effects,
+    };
+    let rig = with_errors(rig, &answer);
+    Whole { answer: Some(answer), findings: Vec::new(), rig }
+}
+
+/// Finding of a robot without common causes.
+fn nothing(not_visible: &[NotVisible]) -> Finding {
+    let mut what = "no load at the flange, tilt of the base or coupled motor of the wrist is found".to_owned();
+    if !not_visible.is_empty() {
+        let mut hidden: Vec<&str> = not_visible.iter().map(|own| own.name).collect();
+        hidden.dedup();
+        what += &format!("; not detectable in these motions at a plausible size: {}", hidden.join(", "));
+    }
+    Finding { recording: LOAD.to_owned(), what }
+}
+
+/// Catalogue id and description of a cause.
+pub(super) fn effect(kind: Kind) -> (&'static str, &'static str) {
+    match kind {
+        Kind::Load => ("J14_payload", "load at the flange"),
+        Kind::Tilt => ("J21_base_tilt", "tilt of the base"),
+        Kind::Coupling(..) => ("J22_axis_coupling", "coupling of the axis to the one before"),
+        Kind::Local => ("", "errors of every axis by itself"),
+    }
+}
+
+fn block(kind: Kind) -> &'static str {
+    match kind {
+        Kind::Coupling(axis, _) => coupling(axis),
+        _ => LOAD,
+    }
+}
+
+/// A named cause with its parameters.
+fn found(cause: &Cause, fit: &Fit, p: f64) -> EffectFound {
+    let (values, covariance) = fit.of(cause.terms.clone());
+    let (names, values, slopes, unit): (&[&str], Vec<f64>, DMatrix<f64>, &[&str]) = match cause.kind {
+        Kind::Load => {
+            let mass = values[0];
+            let slopes = DMatrix::from_fn(4, 4, |i, j| match (i, j) {
+                (0, 0) => 1.0,
+                (0, _) => 0.0,
+                (_, 0) => -values[i] / (mass * mass),
+                _ if i == j => 1.0 / mass,
+                _ => 0.0,
+            });
+            let values = vec![mass, values[1] / mass, values[2] / mass, values[3] / mass];
+            (
+                &["payload", "payload_place_x", "payload_place_y", "payload_place_z"],
+                values,
+                slopes,
+                &["kg", "m", "m", "m"],
+            )
+        }
+        Kind::Coupling(..) => (
+            &["coupling_inertia", "coupling_viscous", "coupling_coulomb", "coupling_torque"],
+            values,
+            DMatrix::identity(4, 4),
+            &["kg m^2", "N m s/rad", "N m", "1"],
+        ),
+        Kind::Tilt | Kind::Local => (&["tilt_x", "tilt_y"], values, DMatrix::identity(2, 2), &["rad", "rad"]),
+    };
+    let covariance = &slopes * covariance * slopes.transpose();
+    let estimate = |k: usize| {
+        let half = WIDTH * covariance[(k, k)].sqrt();
+        ParameterEstimate { value: values[k], lo: values[k] - half, hi: values[k] + half, unit: unit[k].to_owned() }
+    };
+    let mut parameters: BTreeMap<String, ParameterEstimate> =
+        names.iter().enumerate().map(|(k, name)| ((*name).to_owned(), estimate(k))).collect();
+    let mut rows: Vec<Vec<f64>> = covariance.row_iter().map(|row| row.iter().copied().collect()).collect();
+    if let Kind::Coupling(_, ratio) = cause.kind {
+        let exact = ParameterEstimate { value: ratio, lo: ratio, hi: ratio, unit: "1".to_owned() };
+        parameters.insert("coupling_ratio".to_owned(), exact);
+        // A ratio is no estimate: the covariance of the others alone would miss its row.
+        rows.clear();
+    }
+    let (id, name) = effect(cause.kind);
+    // In the order of the names, which is that of their terms.
+    EffectFound { id, name, block: block(cause.kind), p, parameters, covariance: rows }
+}
+
+/// Residuals on held-out motion, before and after, in units of the noise.
+struct HeldOut {
+    gain: Gain,
+    residual: Residual,
+    /// Whether the torque error of an axis rises.
+    rises: bool,
+}
+
+impl HeldOut {
+    fn of(before: &Fit, after: &Fit, regression: &Regression, recordings: &[Sampled]) -> Self {
+        let axes = regression.noise.len();
+        let (mut blocks, mut sums) = (Vec::new(), vec![[0.0; 2]; axes]);
+        for recording in recordings.iter().filter(|recording| recording.held_out) {
+            let length = ((BLOCK * recording.rate) as usize).max(1);
+            let count = recording.axes[0].nrows();
+            let mut own = vec![[0.0; 2]; count.div_ceil(length)];
+            for axis in 0..axes {
+                let rests = [before, after].map(|fit| fit.rest(&recording.axes[axis], axis));
+                for (which, rest) in rests.iter().enumerate() {
+                    for (k, value) in rest.iter().enumerate() {
+                        let square = value * value / regression.noise[axis].power;
+                        own[k / length][which] += square;
+                        sums[axis][which] += square;
+                    }
+                }
+            }
+            blocks.extend(own);
+        }
+        let samples: usize =
+            recordings.iter().filter(|own| own.held_out).flat_map(|own| &own.axes).map(DMatrix::nrows).sum();
+        let total = |which: usize| sums.iter().map(|own| own[which]).sum::<f64>();
+        let rms = |which: usize| (total(which) / samples as f64).sqrt();
+        let rises = sums.iter().any(|[before, after]| after.sqrt() > (1.0 + RISE) * before.sqrt());
+        let residual = Residual { before: rms(0), after: rms(1) };
+        Self { gain: gain(&blocks, [total(0), total(1)]), residual, rises }
+    }
+
+    fn confirms(&self) -> bool {
+        self.gain.lo > 0.0 && !self.rises
+    }
+}
+
+/// Gain with its interval from the scatter of the blocks: a ratio of sums.
+fn gain(blocks: &[[f64; 2]], [before, after]: [f64; 2]) -> Gain {
+    let ratio = after / before;
+    let squares = DVector::from_iterator(blocks.len(), blocks.iter().map(|[b, a]| a - ratio * b)).norm_squared();
+    let half = if blocks.len() < LEAST_BLOCKS { f64::INFINITY } else { WIDTH * squares.sqrt() / before };
+    let of = |ratio: f64| 1.0 - ratio.max(0.0).sqrt();
+    Gain { value: of(ratio), lo: of(ratio + half), hi: of(ratio - half), elsewhere: None }
+}
+
+/// The robot with the named causes.
+fn with_errors(rig: &RobotRig, answer: &BlockAnswer) -> RobotRig {
+    let mut rig = rig.clone();
+    if answer.answer != DiagnosisVerdict::Named {
+        return rig;
+    }
+    let mut errors = RobotErrors::null();
+    for effect in &answer.effects {
+        let of = |name: &str| effect.parameters.get(name).map_or(0.0, |estimate| estimate.value);
+        match effect.id {
+            "J14_payload" => {
+                errors.payload = of("payload");
+                errors.payload_place_x = of("payload_place_x");
+                errors.payload_place_y = of("payload_place_y");
+                errors.payload_place_z = of("payload_place_z");
+            }
+            "J21_base_tilt" => (errors.tilt_x, errors.tilt_y) = (of("tilt_x"), of("tilt_y")),
+            _ => {
+                let own = axis(effect.block).map_or(0, |axis| axis - 1);
+                rig.couplings[own] = AxisCoupling {
+                    coupling_ratio: of("coupling_ratio"),
+                    coupling_inertia: of("coupling_inertia"),
+                    coupling_viscous: of("coupling_viscous"),
+                    coupling_coulomb: of("coupling_coulomb"),
+                    coupling_torque: of("coupling_torque"),
+                };
+            }
+        }
+    }
+    rig.model = rig.model.with_errors(&errors);
+    rig
+}

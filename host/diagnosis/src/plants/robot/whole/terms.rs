@@ -1,0 +1,235 @@
+//! Terms of the robot's torques: calibration of each axis, and causes that load several axes at once.
+
+use softdock_campaign::rig::RobotRig;
+use softdock_kernels::manipulator::{Manipulator, RobotErrors, counterweight_torque, rigid_torques};
+use softdock_kernels::vector::{Vec3, vec3};
+use std::ops::Range;
+
+/// Calibration terms of an axis: Coulomb and viscous friction, offset, inertia, torque constant.
+pub(super) const CALIBRATION: usize = 5;
+/// Standard deviation of a torque constant, as a share; and of a calibrated inertia.
+const CONSTANT: f64 = 0.05;
+/// Share of friction and torque that the calibration may move.
+const FRICTION: f64 = 0.3;
+const SMALLEST: f64 = 0.02;
+const OFFSET: f64 = 0.05;
+/// The same of the alternative that every axis has errors of its own.
+const LOCAL_CONSTANT: f64 = 0.3;
+const LOCAL_INERTIA: f64 = 0.3;
+const LOCAL_GRAVITY: f64 = 0.1;
+/// Share of the rated load that is a plausible error, its distance from the flange \[m\], and a plausible tilt \[rad\].
+const LOAD: f64 = 0.3;
+const PLACE: f64 = 0.15;
+const TILT: f64 = 0.01;
+/// Greatest tilt of a base \[rad\]; greatest load as a share of the rated one; farthest centre of a load \[m\].
+const STEEPEST: f64 = 0.2;
+const HEAVIEST: f64 = 2.0;
+const FARTHEST: f64 = 1.0;
+/// Axes of the wrist that may be coupled to the one before, from 0, if the robot has so many.
+const WRIST: [usize; 2] = [4, 5];
+/// Speed over which sliding friction changes sign \[rad/s\], at least, and as a share of the greatest rate.
+const REVERSAL: f64 = 0.002;
+const REVERSAL_SHARE: f64 = 0.005;
+
+/// Kind of a cause.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Kind {
+    /// Mass at the flange with its first moments.
+    Load,
+    /// Tilt of the base.
+    Tilt,
+    /// Coupling of an axis, from 0, to the one before, with its ratio.
+    Coupling(usize, f64),
+    /// Errors of every axis by itself: the alternative to a common cause.
+    Local,
+}
+
+/// Cause with its places among the common terms.
+#[derive(Clone, Debug)]
+pub(super) struct Cause {
+    /// Kind.
+    pub(super) kind: Kind,
+    /// Its common terms.
+    pub(super) terms: Range<usize>,
+}
+
+/// The terms of a robot.
+pub(super) struct Terms {
+    /// The causes that are judged; the local one comes last.
+    pub(super) causes: Vec<Cause>,
+    /// Couplings whose terms there are: axis, from 0, and ratio.
+    couplings: Vec<(usize, f64)>,
+    /// Prior standard deviation of each common term, SI.
+    pub(super) deviations: Vec<f64>,
+    /// Prior standard deviation of each calibration term, by axis.
+    pub(super) calibration: Vec<[f64; CALIBRATION]>,
+}
+
+/// Extent of the motion of an axis over all recordings.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Extent {
+    /// Root mean square of the torque \[N m\].
+    pub(super) torque: f64,
+    /// Root mean square and greatest rate \[rad/s\].
+    pub(super) rate: f64,
+    pub(super) fastest: f64,
+}
+
+impl Terms {
+    /// Returns the terms of a robot, with priors from its ratings and drives and from what its axes did.
+    pub(super) fn of(rig: &RobotRig, extents: &[Extent], is_judged: &dyn Fn(Kind) -> bool) -> Self {
+        let axes = rig.drives.len();
+        let mut all =
+            Self { causes: Vec::new(), couplings: Vec::new(), deviations: Vec::new(), calibration: Vec::new() };
+        let load = LOAD * rig.model.workspace.payload;
+        all.add(Kind::Load, &[load, load * PLACE, load * PLACE, load * PLACE]);
+        all.add(Kind::Tilt, &[TILT; 2]);
+        for axis in WRIST.into_iter().filter(|axis| *axis < axes && axes >= 6) {
+            let own = &rig.drives[axis].values;
+            let size = |value: f64| value.max(SMALLEST * extents[axis].torque);
+            let deviations = [own.motor_inertia, size(own.viscous), size(own.coulomb), 1.0];
+            for ratio in [1.0, -1.0] {
+                all.couplings.push((axis, ratio));
+                all.add(Kind::Coupling(axis, ratio), &deviations);
+            }
+        }
+        let mut local = Vec::new();
+        for (drive, extent) in rig.drives.iter().zip(extents) {
+            let inertia = drive.values.motor_inertia + drive.link_inertia;
+            local.extend([
+                LOCAL_GRAVITY * extent.torque,
+                LOCAL_GRAVITY * extent.torque,
+                LOCAL_INERTIA * inertia,
+                LOCAL_CONSTANT,
+            ]);
+            let least = SMALLEST * extent.torque;
+            all.calibration.push([
+                (FRICTION * drive.values.coulomb).max(least),
+                (FRICTION * drive.values.viscous).max(least / extent.rate.max(f64::MIN_POSITIVE)),
+                OFFSET * extent.torque,
+                CONSTANT * inertia,
+                CONSTANT,
+            ]);
+        }
+        all.add(Kind::Local, &local);
+        all.causes.retain(|cause| is_judged(cause.kind));
+        all
+    }
+
+    fn add(&mut self, kind: Kind, deviations: &[f64]) {
+        let from = self.deviations.len();
+        self.deviations.extend(deviations);
+        self.causes.push(Cause { kind, terms: from..self.deviations.len() });
+    }
+}
+
+/// Motion of all axes at an instant \[rad, rad/s, rad/s^2\], with their measured torques \[N m\].
+#[derive(Clone, Copy)]
+pub(super) struct Instant<const N: usize> {
+    pub(super) angle: [f64; N],
+    pub(super) rate: [f64; N],
+    pub(super) acceleration: [f64; N],
+    pub(super) torque: [f64; N],
+}
+
+/// Robots that differ from the model by a unit of each common term that inverse dynamics gives.
+pub(super) struct Variants {
+    /// A kilogram at the flange; a metre times a kilogram to either side of it along each axis.
+    load: Manipulator,
+    sides: [[Manipulator; 2]; 3],
+    tilts: [Manipulator; 2],
+}
+
+impl Variants {
+    pub(super) fn of(robot: &Manipulator) -> Self {
+        let along = |axis: usize, size: f64| {
+            let place = [0, 1, 2].map(|own| if own == axis { size } else { 0.0 });
+            robot.with_load(1.0, vec3(place[0], place[1], place[2]))
+        };
+        let tilted = |tilt_x, tilt_y| robot.with_errors(&RobotErrors { tilt_x, tilt_y, ..RobotErrors::null() });
+        Self {
+            load: robot.with_load(1.0, Vec3::zero()),
+            sides: [0, 1, 2].map(|axis| [along(axis, 1.0), along(axis, -1.0)]),
+            tilts: [tilted(TILT, 0.0), tilted(0.0, TILT)],
+        }
+    }
+}
+
+/// Returns the torque that the model lacks, and the calibration and common terms per unit, for every axis:
+/// `[axis][lack, calibration.., common..]`.
+pub(super) fn rows<const N: usize>(
+    rig: &RobotRig,
+    variants: &Variants,
+    terms: &Terms,
+    extents: &[Extent],
+    now: &Instant<N>,
+) -> [Vec<f64>; N] {
+    let Instant { angle, rate, acceleration, torque } = *now;
+    let torques = |robot: &Manipulator| rigid_torques(robot, angle, rate, acceleration);
+    let model = torques(&rig.model);
+    let less = |a: [f64; N], b: [f64; N]| -> [f64; N] { std::array::from_fn(|axis| a[axis] - b[axis]) };
+    let mut common: Vec<[f64; N]> = vec![less(torques(&variants.load), model)];
+    // The inertia of the load is equal on both sides; half their difference is the first moment.
+    common.extend(variants.sides.iter().map(|[plus, minus]| less(torques(plus), torques(minus)).map(|t| 0.5 * t)));
+    common.extend(variants.tilts.iter().map(|tilted| less(torques(tilted), model).map(|t| t / TILT)));
+    let sign = |axis: usize, rate: f64| (rate / REVERSAL.max(REVERSAL_SHARE * extents[axis].fastest)).tanh();
+    for (axis, ratio) in terms.couplings.iter().copied() {
+        common.extend(coupled(now, axis, ratio, |rate| sign(axis, rate)));
+    }
+    std::array::from_fn(|axis| {
+        let (own, rate, acceleration) = (&rig.drives[axis].values, rate[axis], acceleration[axis]);
+        let helped = rig.model.joints[axis].counterweight.map_or(0.0, |own| counterweight_torque(&own, angle[axis]));
+        let load = model[axis] - helped + own.gravity_cos * angle[axis].cos() + own.gravity_sin * angle[axis].sin();
+        let speed = rate.abs() / own.stribeck_speed;
+        let sliding = own.coulomb + own.stribeck * (-speed).exp() + own.load_coefficient * load.abs();
+        let friction = (sliding + own.coulomb_asymmetry * rate.signum()) * sign(axis, rate) + own.viscous * rate;
+        let needed = load + (own.motor_inertia + own.inertia_error) * acceleration + friction + own.offset;
+        let lack = (1.0 + own.torque_constant_error) * torque[axis] - needed;
+        // A torque constant scales the modelled torque: as a share of the measured one it could explain all of it.
+        let mut row = vec![lack, sign(axis, rate), rate, 1.0, acceleration, -needed];
+        row.extend(common.iter().map(|torques| torques[axis]));
+        // The local terms of the other axes do not act here.
+        for other in 0..N {
+            let own = [angle[axis].cos(), angle[axis].sin(), acceleration, -needed];
+            row.extend(own.map(|term| if other == axis { term } else { 0.0 }));
+        }
+        row
+    })
+}
+
+/// Torques of a coupling per unit of its terms: inertia, viscous and Coulomb friction of the motor, reported torque.
+fn coupled<const N: usize>(now: &Instant<N>, axis: usize, ratio: f64, sign: impl Fn(f64) -> f64) -> [[f64; N]; 4] {
+    let at = |own: f64, before: f64| -> [f64; N] {
+        std::array::from_fn(|place| match place {
+            _ if place == axis => own,
+            _ if place + 1 == axis => before,
+            _ => 0.0,
+        })
+    };
+    let (rate, before) = (now.rate[axis], ratio * now.rate[axis - 1]);
+    let (turned, turned_before) = (now.acceleration[axis], ratio * now.acceleration[axis - 1]);
+    [
+        at(turned_before, ratio * (turned + turned_before)),
+        at(before, ratio * (rate + before)),
+        at(sign(rate + before) - sign(rate), ratio * sign(rate + before)),
+        at(0.0, ratio * now.torque[axis]),
+    ]
+}
+
+impl Cause {
+    /// Returns whether a robot can have such values of the cause's terms.
+    pub(super) fn is_possible(&self, rig: &RobotRig, values: &[f64]) -> bool {
+        match self.kind {
+            Kind::Load => {
+                // The model may have a load that is not there, but no more than its last link.
+                let own = rig.model.joints.last().map_or(0.0, |joint| joint.link.mass);
+                let mass = values[0];
+                let place = values[1..].iter().map(|moment| (moment / mass).powi(2)).sum::<f64>().sqrt();
+                (-own..=HEAVIEST * rig.model.workspace.payload).contains(&mass) && place <= FARTHEST
+            }
+            Kind::Tilt => values[0].hypot(values[1]) <= STEEPEST,
+            Kind::Coupling(..) => values[..3].iter().all(|value| *value >= 0.0),
+            Kind::Local => true,
+        }
+    }
+}
