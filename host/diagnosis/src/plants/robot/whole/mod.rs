@@ -35,6 +35,8 @@ const SHORTEST: f64 = 6.0;
 pub(super) const THRESHOLD: f64 = 5.0;
 /// Complexity penalty of each cause: one of several is likely to fit best by chance.
 const PENALTY: f64 = 3.0;
+/// Times that a load is placed anew.
+const PLACINGS: usize = 3;
 /// Most causes of a robot as a whole.
 const MOST: usize = 3;
 
@@ -52,6 +54,12 @@ impl Whole {
     /// Judges the robot as a whole; `without` lists effects that are not judged.
     pub(super) fn of(rig: &RobotRig, recordings: &Recordings, without: &[String]) -> Self {
         with_joints!(rig.drives.len(), judged(rig, recordings, without))
+    }
+
+    /// Place of the load that was found, in flange axes \[m\].
+    fn place(&self) -> Option<[f64; 3]> {
+        let load = self.answer.as_ref()?.effects.iter().find(|effect| effect.id == answer::effect(Kind::Load).0)?;
+        Some(["payload_place_x", "payload_place_y", "payload_place_z"].map(|name| load.parameters[name].value))
     }
 }
 
@@ -79,15 +87,23 @@ fn judged<const N: usize>(rig: &RobotRig, recordings: &Recordings, without: &[St
     let motions: Vec<Motion<N>> = pieces.iter().map(|piece| Motion::of(piece)).collect();
     let extents = extents(&motions);
     let is_judged = |kind| without.iter().all(|id| *id != answer::effect(kind).0);
-    let (terms, variants) = (Terms::of(rig, &extents, &is_judged), Variants::of(&rig.model));
-    let sampled = |(piece, motion): (&&Piece, &Motion<N>)| Sampled {
-        held_out: held(piece),
-        axes: motion.rows(rig, &variants, &terms, &extents),
-        rate: 1.0 / (piece.step * motion.each as f64),
+    let about = |place: [f64; 3]| {
+        let (terms, variants) = (Terms::of(rig, &extents, place, &is_judged), Variants::of(&rig.model, place));
+        let sampled = |(piece, motion): (&&Piece, &Motion<N>)| Sampled {
+            held_out: held(piece),
+            axes: motion.rows(rig, &variants, &terms, &extents),
+            rate: 1.0 / (piece.step * motion.each as f64),
+        };
+        let sampled: Vec<Sampled> = pieces.iter().zip(&motions).map(sampled).collect();
+        answer::whole(rig, &terms, Regression::of(&terms, &sampled), &sampled)
     };
-    let sampled: Vec<Sampled> = pieces.iter().zip(&motions).map(sampled).collect();
-    let regression = Regression::of(&terms, &sampled);
-    answer::whole(rig, &terms, regression, &sampled)
+    // The inertia of a load is no linear term: it is that of the load where it was found before.
+    let mut whole = about([0.0; 3]);
+    for _ in 0..PLACINGS {
+        let Some(place) = whole.place() else { break };
+        whole = about(place);
+    }
+    whole
 }
 
 /// Low-passed motion and torque of all axes in a recording.

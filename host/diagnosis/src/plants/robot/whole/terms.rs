@@ -2,7 +2,7 @@
 
 use softdock_campaign::rig::RobotRig;
 use softdock_kernels::manipulator::{Manipulator, RobotErrors, counterweight_torque, rigid_torques};
-use softdock_kernels::vector::{Vec3, vec3};
+use softdock_kernels::vector::vec3;
 use std::ops::Range;
 
 /// Calibration terms of an axis: Coulomb and viscous friction, offset, inertia, torque constant.
@@ -20,7 +20,7 @@ const LOCAL_GRAVITY: f64 = 0.1;
 /// Share of the rated load that is a plausible error, its distance from the flange \[m\], and a plausible tilt \[rad\].
 const LOAD: f64 = 0.3;
 const PLACE: f64 = 0.15;
-const TILT: f64 = 0.01;
+const TILT: f64 = 0.02;
 /// Greatest tilt of a base \[rad\]; greatest load as a share of the rated one; farthest centre of a load \[m\].
 const STEEPEST: f64 = 0.2;
 const HEAVIEST: f64 = 2.0;
@@ -57,6 +57,8 @@ pub(super) struct Cause {
 pub(super) struct Terms {
     /// The causes that are judged; the local one comes last.
     pub(super) causes: Vec<Cause>,
+    /// Place of the load about which its terms are linear, in flange axes \[m\].
+    pub(super) place: [f64; 3],
     /// Couplings whose terms there are: axis, from 0, and ratio.
     couplings: Vec<(usize, f64)>,
     /// Prior standard deviation of each common term, SI.
@@ -77,10 +79,10 @@ pub(super) struct Extent {
 
 impl Terms {
     /// Returns the terms of a robot, with priors from its ratings and drives and from what its axes did.
-    pub(super) fn of(rig: &RobotRig, extents: &[Extent], is_judged: &dyn Fn(Kind) -> bool) -> Self {
+    pub(super) fn of(rig: &RobotRig, extents: &[Extent], place: [f64; 3], is_judged: &dyn Fn(Kind) -> bool) -> Self {
         let axes = rig.drives.len();
         let mut all =
-            Self { causes: Vec::new(), couplings: Vec::new(), deviations: Vec::new(), calibration: Vec::new() };
+            Self { causes: Vec::new(), place, couplings: Vec::new(), deviations: Vec::new(), calibration: Vec::new() };
         let load = LOAD * rig.model.workspace.payload;
         all.add(Kind::Load, &[load, load * PLACE, load * PLACE, load * PLACE]);
         all.add(Kind::Tilt, &[TILT; 2]);
@@ -134,21 +136,21 @@ pub(super) struct Instant<const N: usize> {
 
 /// Robots that differ from the model by a unit of each common term that inverse dynamics gives.
 pub(super) struct Variants {
-    /// A kilogram at the flange; a metre times a kilogram to either side of it along each axis.
+    /// A kilogram at the place of the load; the same moved by a metre to either side along each axis.
     load: Manipulator,
     sides: [[Manipulator; 2]; 3],
     tilts: [Manipulator; 2],
 }
 
 impl Variants {
-    pub(super) fn of(robot: &Manipulator) -> Self {
+    pub(super) fn of(robot: &Manipulator, place: [f64; 3]) -> Self {
         let along = |axis: usize, size: f64| {
-            let place = [0, 1, 2].map(|own| if own == axis { size } else { 0.0 });
-            robot.with_load(1.0, vec3(place[0], place[1], place[2]))
+            let [x, y, z] = [0, 1, 2].map(|own| place[own] + if own == axis { size } else { 0.0 });
+            robot.with_load(1.0, vec3(x, y, z))
         };
         let tilted = |tilt_x, tilt_y| robot.with_errors(&RobotErrors { tilt_x, tilt_y, ..RobotErrors::null() });
         Self {
-            load: robot.with_load(1.0, Vec3::zero()),
+            load: along(0, 0.0),
             sides: [0, 1, 2].map(|axis| [along(axis, 1.0), along(axis, -1.0)]),
             tilts: [tilted(TILT, 0.0), tilted(0.0, TILT)],
         }
@@ -216,16 +218,22 @@ fn coupled<const N: usize>(now: &Instant<N>, axis: usize, ratio: f64, sign: impl
     ]
 }
 
+/// Mass of a load and its place in flange axes, from its mass and its first moments about `about`.
+pub(super) fn load(values: &[f64], about: [f64; 3]) -> (f64, [f64; 3]) {
+    (values[0], [0, 1, 2].map(|axis| about[axis] + values[1 + axis] / values[0]))
+}
+
 impl Cause {
-    /// Returns whether a robot can have such values of the cause's terms.
-    pub(super) fn is_possible(&self, rig: &RobotRig, values: &[f64]) -> bool {
+    /// Returns whether a robot can have such values of the cause's terms; `about` is the place about which the load's
+    /// moments count.
+    pub(super) fn is_possible(&self, rig: &RobotRig, about: [f64; 3], values: &[f64]) -> bool {
         match self.kind {
             Kind::Load => {
                 // The model may have a load that is not there, but no more than its last link.
                 let own = rig.model.joints.last().map_or(0.0, |joint| joint.link.mass);
-                let mass = values[0];
-                let place = values[1..].iter().map(|moment| (moment / mass).powi(2)).sum::<f64>().sqrt();
-                (-own..=HEAVIEST * rig.model.workspace.payload).contains(&mass) && place <= FARTHEST
+                let (mass, place) = load(values, about);
+                let distance = place.iter().map(|own| own * own).sum::<f64>().sqrt();
+                (-own..=HEAVIEST * rig.model.workspace.payload).contains(&mass) && distance <= FARTHEST
             }
             Kind::Tilt => values[0].hypot(values[1]) <= STEEPEST,
             Kind::Coupling(..) => values[..3].iter().all(|value| *value >= 0.0),

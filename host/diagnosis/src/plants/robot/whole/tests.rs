@@ -54,7 +54,7 @@ fn recordings(truth: &RobotRig, coupling: Option<AxisCoupling<f64>>) -> Recordin
                 torque[4] += own.coupling_ratio * (own.coupling_viscous * both + own.coupling_coulomb * sign(both));
             }
             for (axis, torque) in torque.into_iter().enumerate() {
-                let scale = 0.2 * truth.drives[axis].values.coulomb;
+                let scale = 0.02 * truth.drives[axis].values.coulomb;
                 let slow = scale * (1.7 * angle[axis] + 2.3 * angle[(axis + 1) % 6]).sin();
                 let noise = 0.2 * scale * (2.0 * uniform(3, &format!("{name} {axis}"), 0, k as u32) - 1.0);
                 piece.signals.get_mut(&format!("tau.{}", axis + 1)).expect("inserted").push(torque + slow + noise);
@@ -89,10 +89,10 @@ fn load_at_the_flange_is_found_with_its_place() {
     let errors = RobotErrors { payload: 40.0, payload_place_x: 0.1, payload_place_z: 0.2, ..RobotErrors::null() };
     let found = named(None, errors);
     assert_eq!(found.effects[0].id, "J14_payload");
-    for (name, truth, least) in [("payload", 40.0, 1.0), ("payload_place_x", 0.1, 0.02), ("payload_place_z", 0.2, 0.02)]
+    for (name, truth, least) in [("payload", 40.0, 8.0), ("payload_place_x", 0.1, 0.05), ("payload_place_z", 0.2, 0.1)]
     {
         let own = &found.effects[0].parameters[name];
-        assert!((own.lo..=own.hi).contains(&truth) && (own.value - truth).abs() < 3.0 * least, "{name}: {own:?}");
+        assert!((own.lo..=own.hi).contains(&truth) && (own.value - truth).abs() < least, "{name}: {own:?}");
     }
     let without = answer(None, errors, &["J14_payload".to_owned()]);
     assert!(without.is_none_or(|answer| answer.effects.iter().all(|effect| effect.id != "J14_payload")));
@@ -103,7 +103,7 @@ fn tilted_base_is_found() {
     let errors = RobotErrors { tilt_x: 0.06, tilt_y: -0.04, ..RobotErrors::null() };
     let found = named(None, errors);
     let [x, y] = ["tilt_x", "tilt_y"].map(|name| found.effects[0].parameters[name].value);
-    assert!((x - 0.06).abs() < 0.008 && (y + 0.04).abs() < 0.008, "{x} {y}");
+    assert!((x - 0.06).abs() < 0.02 && (y + 0.04).abs() < 0.02, "{x} {y}");
 }
 
 #[test]
