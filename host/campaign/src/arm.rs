@@ -16,6 +16,15 @@ const MOST_LINKS: usize = 1000;
 /// What to do about a text that is no URDF.
 const CLOSED: &str = "check that every element is closed and that links have <inertial> with <mass> and <inertia>";
 
+/// Treatment of a mass of the root link.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum BaseMass {
+    /// The scenario states the base's mass.
+    Refused,
+    /// The base stands still.
+    Ignored,
+}
+
 /// A checked arm.
 #[derive(Clone, Debug)]
 pub(crate) struct Arm {
@@ -44,7 +53,7 @@ impl Arm {
 }
 
 /// Reads the chain; `mount` is the root link's pose in the base's body frame.
-pub(crate) fn read(source: &Source, mount: Pose<f64>) -> Result<Arm, Vec<Problem>> {
+pub(crate) fn read(source: &Source, mount: Pose<f64>, base: BaseMass) -> Result<Arm, Vec<Problem>> {
     if let Err(deep) = softdock_input::xml_depth(source.text()) {
         let expected = format!("at most {} levels", softdock_input::MAX_DEPTH);
         let problem = Problem::at(source, deep.offset..deep.offset + 1, format!("this is not a URDF: {deep}"));
@@ -65,7 +74,7 @@ pub(crate) fn read(source: &Source, mount: Pose<f64>) -> Result<Arm, Vec<Problem
             return Err(vec![problem.expected(format!("at most {MOST_LINKS}")).remedy(remedy)]);
         }
     }
-    let mut reader = Reader { source, robot: &robot, problems: Vec::new() };
+    let mut reader = Reader { source, robot: &robot, base, problems: Vec::new() };
     reader.check_numbers();
     let arm = if reader.problems.is_empty() { reader.chain(mount) } else { None };
     match arm {
@@ -77,6 +86,7 @@ pub(crate) fn read(source: &Source, mount: Pose<f64>) -> Result<Arm, Vec<Problem
 struct Reader<'a> {
     source: &'a Source,
     robot: &'a Robot,
+    base: BaseMass,
     problems: Vec<Problem>,
 }
 
@@ -130,7 +140,7 @@ impl<'a> Reader<'a> {
             last: root.clone(),
         };
         let (base, mut next) = self.body(&root, mount, &mut arm)?;
-        if base.mass != 0.0 {
+        if base.mass != 0.0 && self.base == BaseMass::Refused {
             let message = format!("link `{root}` and what is fixed to it belong to the base but have mass");
             self.refuse("link", &root, "mass", message, "leave out its <inertial>; the base's mass is in the scenario");
         }
@@ -310,7 +320,7 @@ mod tests {
     </robot>"#;
 
     fn arm(text: &str) -> Result<Arm, Vec<Problem>> {
-        read(&Source::new("arm.urdf".into(), text.to_owned()), Pose::identity())
+        read(&Source::new("arm.urdf".into(), text.to_owned()), Pose::identity(), BaseMass::Refused)
     }
 
     #[test]
