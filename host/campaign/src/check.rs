@@ -45,7 +45,8 @@ impl Checker {
             && text == FILL_IN
         {
             let allowed = range.words(unit);
-            self.refuse_open(span, &allowed, format!("write a value {allowed}, as in {}", show_example("1.5", unit)));
+            let example = show_example(if range.contains(1.5) { "1.5" } else { "0.5" }, unit);
+            self.refuse_open(span, &allowed, format!("write a value {allowed}, as in {example}"));
             return harmless;
         }
         let value = match scalar {

@@ -31,7 +31,7 @@ impl RecordedColumn {
         }
         if t.unit.value == FILL_IN {
             let units = suggestions(si);
-            c.refuse_open(&t.unit.span, &units, format!("write one of: {units}"));
+            c.refuse_open(&t.unit.span, units, format!("write one of: {units}"));
             return None;
         }
         let factor = match quantity(&format!("1 {}", t.unit.value), si) {
