@@ -1,20 +1,23 @@
 //! Start values of a drive by regression of its torque over its motion.
 
-use crate::figures::{Regression, Smoothed, regress, rms, smoothed};
+use crate::figures::{Regression, Smoothed, extent, regress, rms, smoothed};
 
-/// Parts of a log whose fits are compared.
-const PARTS: usize = 4;
+/// Parts of a log that are left out in turn.
+const PARTS: usize = 8;
 /// A fit that leaves more of the torque unexplained gives no start values.
-const WORST: f64 = 0.7;
-/// Tolerances are at least this share, and a value that scatters by more than the other is not written.
-const LEAST_SCATTER: f64 = 0.01;
+const WORST: f64 = 0.5;
+/// Tolerances are at least this share, and a value whose error exceeds the other is not written.
+const LEAST_SCATTER: f64 = 0.02;
 const LARGEST_SCATTER: f64 = 0.5;
 /// The weight is fitted if it reduces the unexplained share to less than this share of it.
 const WEIGHT_GAIN: f64 = 0.9;
+/// A joint that moves less stands still \[rad, m\].
+const LEAST_ANGLE: f64 = 0.02;
+const LEAST_TRAVEL: f64 = 2e-3;
 /// Speed over which friction changes its sign, as a share of the root mean square of the speed.
 const SIGN_SPEED: f64 = 0.05;
 
-/// A value with its scatter between parts of the log, as a share of it.
+/// A value with its standard error by the jackknife, as a share of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct StartValue {
     pub(crate) value: f64,
@@ -52,6 +55,11 @@ pub(crate) struct Load<'a> {
 impl DriveFit {
     /// Fits inertia, friction, offset and weight; none if the log does not show an inertia.
     pub(crate) fn of(load: &Load) -> Option<Self> {
+        let least = if load.prismatic { LEAST_TRAVEL } else { LEAST_ANGLE };
+        let (low, high) = extent(&load.motion.value);
+        if high - low < least {
+            return None;
+        }
         // The same low-pass on both sides: a parabola over the same window.
         let torque = smoothed(load.time, load.torque, load.step).value;
         let rate = &load.motion.rate;
@@ -105,20 +113,22 @@ impl DriveFit {
     fn from_parts(columns: &[Vec<f64>], torque: &[f64], scale: f64) -> Option<Self> {
         let whole = regress(columns, torque)?;
         let rows = torque.len();
+        // Jackknife: each part is left out in turn, so that every fit sees motion both ways.
         let parts: Vec<Regression> = (0..PARTS)
             .filter_map(|part| {
-                let range = part * rows / PARTS..(part + 1) * rows / PARTS;
-                let cut: Vec<Vec<f64>> = columns.iter().map(|column| column[range.clone()].to_vec()).collect();
-                regress(&cut, &torque[range])
+                let left_out = part * rows / PARTS..(part + 1) * rows / PARTS;
+                let mut kept = torque.to_vec();
+                kept[left_out].fill(f64::NAN);
+                regress(columns, &kept)
             })
             .collect();
         let value = |place: usize| {
             let value = whole.coefficients[place] * scale;
             let of_parts = || parts.iter().map(|part| part.coefficients[place] * scale);
             let mean = of_parts().sum::<f64>() / parts.len().max(1) as f64;
-            let variance = of_parts().map(|part| (part - mean).powi(2)).sum::<f64>() / (parts.len().max(2) - 1) as f64;
-            let own = whole.errors[place] * scale.abs();
-            let scatter = if parts.len() < 2 { f64::INFINITY } else { (variance.sqrt() + own) / value.abs() };
+            let share = (PARTS - 1) as f64 / PARTS as f64;
+            let error = (share * of_parts().map(|part| (part - mean).powi(2)).sum::<f64>()).sqrt();
+            let scatter = if parts.len() < PARTS { f64::INFINITY } else { error / value.abs() };
             let start = StartValue { value, scatter: scatter.max(LEAST_SCATTER) };
             (value > 0.0 && scatter < LARGEST_SCATTER).then_some(start)
         };

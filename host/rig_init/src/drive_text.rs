@@ -96,7 +96,7 @@ fn fitted(out: &mut TomlText, fit: &DriveFit, units: &JointUnits, many: bool, pr
     );
     out.comment(&basis);
     let scatter =
-        |value: &StartValue| format!("scatter between quarters of the log: {} %", short(100.0 * value.scatter));
+        |value: &StartValue| format!("standard error over parts of the log: {} %", short(100.0 * value.scatter));
     out.quantity("motor_inertia", fit.inertia.value, units.inertia, &scatter(&fit.inertia));
     for (key, value, unit) in [("coulomb", &fit.coulomb, units.torque), ("viscous", &fit.viscous, units.viscous)] {
         match value {
@@ -119,7 +119,7 @@ fn tolerance(out: &mut TomlText, fit: Option<&DriveFit>, clock: &Clock) {
     out.remark("One standard deviation of what may differ unnoticed; a parameter that is not named is known exactly.");
     let share = |out: &mut TomlText, key: &str, value: &StartValue| {
         let percent = (100.0 * value.scatter).ceil();
-        out.key(key, &format!("\"{percent} %\""), "from the scatter between quarters of the log");
+        out.key(key, &format!("\"{percent} %\""), "standard error of the start value over parts of the log");
     };
     match fit {
         Some(fit) => {

@@ -13,16 +13,23 @@ pub(crate) struct Smoothed {
     pub(crate) acceleration: Vec<f64>,
 }
 
-/// Fits a parabola over `HALF_WINDOW` to either side of every sample; at the ends and beside missing cells all is NaN.
+/// Smooths a signal over `HALF_WINDOW` to either side, then differentiates it over a third of that: value and derivatives
+/// pass nearly the same low-pass. At the ends and beside missing cells all is NaN.
 pub(crate) fn smoothed(time: &[f64], values: &[f64], step: f64) -> Smoothed {
     let half = ((HALF_WINDOW / step).ceil() as usize).clamp(3, 60);
+    let value = parabolas(time, values, step, half).value;
+    Smoothed { value: value.clone(), ..parabolas(time, &value, step, half / 3) }
+}
+
+/// Fits a parabola over `half` samples to either side of every sample.
+fn parabolas(time: &[f64], values: &[f64], step: f64, half: usize) -> Smoothed {
     let rows = values.len();
     let none = vec![f64::NAN; rows];
     let mut out = Smoothed { value: none.clone(), rate: none.clone(), acceleration: none };
     for row in half..rows.saturating_sub(half) {
         let (from, to) = (row - half, row + half + 1);
-        // A pause of the clock lies in the window.
         let span = time[to - 1] - time[from];
+        // A longer span holds a pause of the clock.
         if !(span > 0.0 && span < 3.0 * step * (2 * half) as f64) {
             continue;
         }
@@ -90,6 +97,12 @@ pub(crate) fn slope(x: &[f64], y: &[f64]) -> Option<(f64, f64)> {
 pub(crate) fn rms(values: &[f64]) -> f64 {
     let finite: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
     (finite.iter().map(|value| value * value).sum::<f64>() / finite.len().max(1) as f64).sqrt()
+}
+
+/// Least and greatest finite value.
+pub(crate) fn extent(values: &[f64]) -> (f64, f64) {
+    let finite = values.iter().filter(|value| value.is_finite());
+    finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(*value), high.max(*value)))
 }
 
 /// Median of the finite values; NaN without any.

@@ -241,8 +241,13 @@ fn drive_joint<'a>(
     explained.sort_by(|a, b| a.0.total_cmp(&b.0));
     let shares: Vec<String> =
         explained.iter().map(|(share, joint)| format!("{} {} %", joint.title(), short(100.0 * share))).collect();
-    let joint = explained.first().map_or(first, |(_, joint)| *joint);
-    let basis = if shares.is_empty() { "no torque is known in N m".to_owned() } else { shares.join(", ") };
+    let joint = explained.first().map(|(_, joint)| *joint);
+    let joint = joint.or_else(|| other_texts::fastest(joints)).unwrap_or(first);
+    let basis = if shares.is_empty() {
+        "not known for any joint, so the fastest is proposed".to_owned()
+    } else {
+        shares.join(", ")
+    };
     notes.push(format!(
         "{} is proposed (--joint selects another); torque unexplained by its own motion: {basis}",
         joint.title()

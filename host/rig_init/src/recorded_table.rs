@@ -1,5 +1,6 @@
 //! Columns of a log with the meaning of their names.
 
+use crate::figures::extent;
 use crate::names::{ColumnName, Meaning, Origin};
 use softdock_diagnosis::DiagnosisError;
 use softdock_diagnosis::data::table::{Gaps, Named, Wanted, column_names};
@@ -22,8 +23,7 @@ pub(crate) struct LogColumn {
 impl LogColumn {
     /// Least and greatest finite value.
     pub(crate) fn extent(&self) -> (f64, f64) {
-        let finite = self.values.iter().filter(|value| value.is_finite());
-        finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(*value), high.max(*value)))
+        extent(&self.values)
     }
 }
 

@@ -3,7 +3,7 @@
 use crate::clock::Clock;
 use crate::drive_fit::{DriveFit, Load, StartValue};
 use crate::drive_text::{write_clock, write_torque};
-use crate::figures::short;
+use crate::figures::{extent, short};
 use crate::joints::JointColumns;
 use crate::names::Meaning;
 use crate::recorded_table::RecordedTable;
@@ -132,7 +132,7 @@ impl<'a> RecordedRobot<'a> {
         for (key, scatter) in rows {
             match scatter {
                 Some(scatter) => {
-                    let basis = "largest scatter of an axis between quarters of the log";
+                    let basis = "largest standard error of an axis over parts of the log";
                     out.key(key, &format!("\"{} %\"", (100.0 * scatter).ceil()), basis);
                 }
                 None => out.open(key, "%", "how well it is known, as a share of it; 0 to 100 %"),
@@ -176,11 +176,6 @@ impl<'a> RecordedRobot<'a> {
         }
         notes
     }
-}
-
-fn extent(values: &[f64]) -> (f64, f64) {
-    let finite = values.iter().filter(|value| value.is_finite());
-    finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(*value), high.max(*value)))
 }
 
 /// Torques of the links along a log, joint by joint; NaN where a motion is missing.
@@ -236,7 +231,7 @@ fn drive(out: &mut TomlText, joint: &UrdfJoint, fit: Option<&DriveFit>) {
         Some(fit) => {
             let basis = format!(
                 "start value: inertia of rotor and gear input at the joint's side, with the gear ratio 1, by least squares over \
-                 the log ({} % of the torque unexplained, scatter between quarters {} %); or write gear ratio and rotor of \
+                 the log ({} % of the torque unexplained, standard error {} %); or write gear ratio and rotor of \
                  the data sheet",
                 short(100.0 * fit.unexplained),
                 short(100.0 * fit.inertia.scatter)
@@ -273,7 +268,8 @@ fn friction(out: &mut TomlText, joint: &UrdfJoint, fit: Option<&DriveFit>) {
         let value = match (fitted, stated) {
             (Some(start), stated) => {
                 let stated = stated.map_or(String::new(), |value| format!("; the URDF states {}", short(value)));
-                let basis = format!("start value by least squares, scatter {} %{stated}", short(100.0 * start.scatter));
+                let basis =
+                    format!("start value by least squares, standard error {} %{stated}", short(100.0 * start.scatter));
                 out.quantity(key, start.value, unit, &basis);
                 Some(start.value)
             }
