@@ -21,7 +21,7 @@ const CLOSED: &str = "check that every element is closed and that links have <in
 pub(crate) enum BaseMass {
     /// The scenario states the base's mass.
     Refused,
-    /// The base stands still.
+    /// The base stands still. Fingers of a gripper are fixed at their zero.
     Ignored,
 }
 
@@ -59,7 +59,7 @@ pub(crate) fn read(source: &Source, mount: Pose<f64>, base: BaseMass) -> Result<
         let problem = Problem::at(source, deep.offset..deep.offset + 1, format!("this is not a URDF: {deep}"));
         return Err(vec![problem.key("robot").value("").expected(expected).remedy(CLOSED)]);
     }
-    let robot = urdf_rs::read_from_string(source.text()).map_err(|error| {
+    let mut robot = urdf_rs::read_from_string(source.text()).map_err(|error| {
         let end = source.text().trim_end().len();
         let message =
             format!("this is not a URDF: {}", error.to_string().split_whitespace().collect::<Vec<_>>().join(" "));
@@ -74,6 +74,10 @@ pub(crate) fn read(source: &Source, mount: Pose<f64>, base: BaseMass) -> Result<
             return Err(vec![problem.expected(format!("at most {MOST_LINKS}")).remedy(remedy)]);
         }
     }
+    if base == BaseMass::Ignored {
+        let grippers: Vec<usize> = grippers(&robot).collect();
+        grippers.into_iter().for_each(|joint| robot.joints[joint].joint_type = JointType::Fixed);
+    }
     let mut reader = Reader { source, robot: &robot, base, problems: Vec::new() };
     reader.check_numbers();
     let arm = if reader.problems.is_empty() { reader.chain(mount) } else { None };
@@ -81,6 +85,25 @@ pub(crate) fn read(source: &Source, mount: Pose<f64>, base: BaseMass) -> Result<
         Some(arm) if reader.problems.is_empty() => Ok(arm),
         _ => Err(reader.problems),
     }
+}
+
+/// Prismatic joints beyond which nothing turns, such as fingers: their numbers in the URDF.
+pub(crate) fn grippers(robot: &Robot) -> impl Iterator<Item = usize> {
+    let turns = |joint: &Joint| matches!(joint.joint_type, JointType::Revolute | JointType::Continuous);
+    let is_gripper = move |joint: &Joint| {
+        let (mut open, mut seen) = (vec![&joint.child.link], 0);
+        while let Some(link) = open.pop() {
+            seen += 1;
+            let mut beyond = robot.joints.iter().filter(|joint| joint.parent.link == *link);
+            // A loop is reported by the chain's reader.
+            if seen > robot.joints.len() || beyond.clone().any(turns) {
+                return false;
+            }
+            open.extend(beyond.by_ref().map(|joint| &joint.child.link));
+        }
+        joint.joint_type == JointType::Prismatic
+    };
+    (0..robot.joints.len()).filter(move |number| is_gripper(&robot.joints[*number]))
 }
 
 struct Reader<'a> {

@@ -17,6 +17,8 @@ pub struct UrdfRobot {
     pub name: String,
     /// Its moving joints.
     pub joints: Vec<UrdfJoint>,
+    /// Sliding joints beyond the last turning one (fingers of a gripper), which are fixed at their zero.
+    pub fixed: Vec<String>,
     /// Origin of the Denavit-Hartenberg base in the axes of the URDF's root link \[m\]; both have z upwards.
     pub base: [f64; 3],
     /// Angle of its x axis about the vertical, in the axes of the root link \[rad\].
@@ -72,10 +74,11 @@ impl UrdfRobot {
             return Err(Problems::check(vec![problem.key("robot").remedy(remedy)]).expect_err("one problem"));
         }
         let robot = urdf_rs::read_from_string(source.text()).expect("the chain has been read from the same text");
+        let fixed = arm::grippers(&robot).map(|joint| robot.joints[joint].name.clone()).collect();
         let chain = Chain::of(&arm);
         let joints = (0..arm.links.len()).map(|i| chain.joint(&arm, &robot, i)).collect();
         let (base, x) = (chain.frames[0].origin, chain.frames[0].x);
-        Ok(Self { name: robot.name.clone(), joints, base: [base.x, base.y, base.z], base_turn: x.y.atan2(x.x) })
+        Ok(Self { name: robot.name.clone(), joints, fixed, base: [base.x, base.y, base.z], base_turn: x.y.atan2(x.x) })
     }
 
     /// The constants of the robot for rigid-body dynamics: without friction, with rigid drives without inertia.

@@ -1,7 +1,7 @@
 //! Joints of a log: their columns, units and torques.
 
 use crate::clock::Clock;
-use crate::figures::{Smoothed, rms, short, slope, smoothed};
+use crate::figures::{Smoothed, regress, rms, short, slope, smoothed};
 use crate::names::{Meaning, Origin};
 use crate::recorded_table::{LogColumn, RecordedTable};
 use std::f64::consts::PI;
@@ -211,7 +211,7 @@ fn torque(
             let recorded = column.parsed.unit.filter(|unit| *unit == "N").unwrap_or(recorded);
             return Some(TorqueColumn { name, values, scale: Some(1.0), recorded, basis });
         }
-        let constant = constant(table, axis, meaning);
+        let constant = constant(table, axis, meaning, motion);
         let (scale, basis) = match constant {
             Some((scale, basis)) => (Some(scale), basis),
             None => (None, format!("recorded in {recorded}: the torque per {recorded} is not in the log")),
@@ -229,18 +229,24 @@ fn is_unsigned(column: &LogColumn, motion: &Smoothed) -> bool {
     column.extent().0 >= 0.0 && there.min(back) * 10 > (there + back).max(1)
 }
 
-/// Torque per current by the controller's own pair of wanted torque and wanted current.
-fn constant(table: &RecordedTable, axis: Option<u32>, meaning: Meaning) -> Option<(f64, String)> {
+/// Torque per current by the controller's own pair of wanted torque and wanted current, which also covers friction.
+fn constant(table: &RecordedTable, axis: Option<u32>, meaning: Meaning, motion: &Smoothed) -> Option<(f64, String)> {
     let torque = table.joint(Meaning::Torque, axis, &[Origin::Reference])?;
     let current = table.joint(meaning, axis, &[Origin::Reference])?;
-    let (constant, rest) = slope(&current.values, &torque.values)?;
-    (rest < 0.05 && constant.abs() > 0.0).then(|| {
+    let size = rms(&motion.rate).max(f64::MIN_POSITIVE);
+    let sign = motion.rate.iter().map(|rate| (rate / (0.05 * size)).tanh()).collect();
+    let columns = [torque.values.clone(), motion.rate.clone(), sign, vec![1.0; motion.rate.len()]];
+    let fit = regress(&columns, &current.values)?;
+    let per_torque = fit.coefficients[0];
+    let is_sharp = fit.errors[0] < 0.02 * per_torque.abs() && fit.unexplained < 0.1;
+    (is_sharp && per_torque != 0.0).then(|| {
+        let constant = 1.0 / per_torque;
         let basis = format!(
-            "`{}` is {} times `{}` ({} % unexplained): start value of the torque per unit",
+            "`{}` is `{}` over {} and friction ({} % unexplained): start value of the torque per unit",
+            current.name,
             torque.name,
             short(constant),
-            current.name,
-            short(100.0 * rest)
+            short(100.0 * fit.unexplained)
         );
         (constant, basis)
     })

@@ -146,6 +146,9 @@ impl<'a> RecordedRobot<'a> {
     /// Notes on joints whose names in the log say otherwise.
     pub(crate) fn notes(&self, table: &RecordedTable) -> Vec<String> {
         let mut notes = Vec::new();
+        if !self.urdf.fixed.is_empty() {
+            notes.push(format!("fixed at their zero: {}", self.urdf.fixed.join(", ")));
+        }
         if table.of(Meaning::Torque).chain(table.of(Meaning::Current)).next().is_none() {
             notes.push("the log has no torques or currents of the joints: drives cannot be diagnosed".to_owned());
         }

@@ -118,14 +118,17 @@ fn constant_follows_from_the_pair_of_wanted_torque_and_current() {
     let row = |n: usize| {
         let t = n as f64 * 0.008;
         let (angle, rate, _) = motion(t);
-        vec![t, angle, rate, torque(t) / 11.0, torque(t) / 11.2, torque(t) * 11.0 / 11.2]
+        let wanted = 0.9 * torque(t);
+        // The controller adds its own friction to the current, not to the torque.
+        let friction = 0.4 * rate + 0.6 * (rate / 0.02).tanh();
+        vec![t, angle, rate, torque(t) / 11.0, wanted / 11.0 + friction, wanted]
     };
     let header = "timestamp,actual_q_0,actual_qd_0,actual_current_0,target_current_0,target_moment_0";
     let path = log(folder.path(), "a.csv", header, 2000, row);
     let proposed = propose(&path, &options()).expect("a drive");
     assert!(proposed.open.is_empty(), "{:?}", proposed.open);
     let rig = load(folder.path(), &proposed, &[]).expect("complete");
-    assert!((rig.log["tau"].factor - 11.0).abs() < 1e-6, "{}", proposed.rig);
+    assert!((rig.log["tau"].factor - 11.0).abs() < 0.05, "{}", proposed.rig);
 }
 
 #[test]

@@ -92,6 +92,22 @@ fn limits_and_friction_are_taken_where_they_are_stated() {
 }
 
 #[test]
+fn fingers_are_fixed_and_a_sliding_axis_is_refused() {
+    let finger = |name: &str, parent: &str| {
+        format!(
+            "<joint name=\"{name}\" type=\"prismatic\"><axis xyz=\"0 1 0\"/><parent link=\"{parent}\"/><child link=\"{name}l\"/>\
+             <limit lower=\"0\" upper=\"0.04\" effort=\"20\" velocity=\"1\"/></joint><link name=\"{name}l\"/>"
+        )
+    };
+    let gripper = CHAIN.replace("</robot>", &(finger("left", "l4") + &finger("right", "l4") + "</robot>"));
+    let robot = UrdfRobot::from_text(Path::new("robot.urdf"), &gripper).expect("a robot with a gripper");
+    assert_eq!((robot.joints.len(), robot.fixed.join(" ")), (4, "left right".to_owned()));
+    let sliding = CHAIN.replacen("name=\"b\" type=\"revolute\"", "name=\"b\" type=\"prismatic\"", 1);
+    let problem = UrdfRobot::from_text(Path::new("robot.urdf"), &sliding).expect_err("a sliding axis within the chain");
+    assert_eq!(problem.into_iter().next().expect("one").key, "joint[b]");
+}
+
+#[test]
 fn faults_are_named_with_line_and_element() {
     let faulty = CHAIN.replacen("mass value=\"2\"", "mass value=\"-2\"", 1);
     let problems = UrdfRobot::from_text(Path::new("robot.urdf"), &faulty).expect_err("a negative mass");
