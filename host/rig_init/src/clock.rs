@@ -37,7 +37,7 @@ impl Clock {
             let (unit, why) = unit(column, steps);
             let per_unit = seconds(unit);
             let other = found.get(1).map(|(steps, column)| (column.name.clone(), self::unit(column, steps).0));
-            let time = column.values.iter().map(|value| (value - column.values[0]) * per_unit).collect();
+            let time = column.values.iter().map(|value| (value - first(column)) * per_unit).collect();
             let step = steps.median * per_unit;
             let basis = format!(
                 "{} rows at {} Hz, {} s; steps deviate by {} % from {} ms on average, the longest is {} ms; {why}",
@@ -125,7 +125,7 @@ fn unit(column: &LogColumn, steps: &Steps) -> (&'static str, String) {
     if let Some(unit) = column.parsed.unit.filter(|unit| ["s", "ms", "us", "ns"].contains(unit)) {
         return (unit, "unit by its name".to_owned());
     }
-    let first = column.values.iter().copied().find(|value| value.is_finite()).unwrap_or(0.0);
+    let first = first(column);
     for (unit, second) in [("ns", 1e9), ("us", 1e6), ("ms", 1e3), ("s", 1.0)] {
         // Between 2001 and 2096.
         if (1e9 * second..4e9 * second).contains(&first) {
@@ -139,6 +139,11 @@ fn unit(column: &LogColumn, steps: &Steps) -> (&'static str, String) {
         _ => "ns",
     };
     (unit, format!("unit by its step of {}", short(steps.median)))
+}
+
+/// First finite value.
+fn first(column: &LogColumn) -> f64 {
+    column.values.iter().copied().find(|value| value.is_finite()).unwrap_or(0.0)
 }
 
 /// Seconds per unit.

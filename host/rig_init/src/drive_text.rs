@@ -166,6 +166,8 @@ pub(crate) fn write_torque(out: &mut TomlText, signal: &str, torque: &TorqueColu
 /// Writes the line of the time.
 pub(crate) fn write_clock(out: &mut TomlText, clock: &Clock) {
     match (&clock.column, clock.frame) {
+        // Rig files have no nanosecond.
+        (Some((column, "ns")), None) => out.column("t", column, "s", ", scale = 1e-9", &clock.basis),
         (Some((column, unit)), None) => out.column("t", column, unit, "", &clock.basis),
         (Some((column, unit)), Some(step)) if step > 0.0 => {
             out.column("t", column, unit, &format!(", scale = {step:?}"), &clock.basis);

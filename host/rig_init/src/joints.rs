@@ -1,13 +1,15 @@
 //! Joints of a log: their columns, units and torques.
 
 use crate::clock::Clock;
-use crate::figures::{Smoothed, regress, rms, short, slope, smoothed};
+use crate::figures::{Smoothed, extent, regress, rms, short, slope, smoothed};
 use crate::names::{Meaning, Origin};
 use crate::recorded_table::{LogColumn, RecordedTable};
 use std::f64::consts::PI;
 
 /// A revolute joint moves less in one log \[rad\].
 const MOST_RADIANS: f64 = 7.0;
+/// Below this motion the direction of a joint is noise \[rad, m\].
+const LEAST_MOTION: f64 = 1e-4;
 /// Agreement of a ratio with a change of units.
 const AGREE: f64 = 0.05;
 /// A rate that explains the derivative of the position less well is not compared.
@@ -223,6 +225,10 @@ fn torque(
 
 /// Whether a torque has no sign although the joint moves both ways.
 fn is_unsigned(column: &LogColumn, motion: &Smoothed) -> bool {
+    let (low, high) = extent(&motion.value);
+    if high - low < LEAST_MOTION {
+        return false;
+    }
     let size = rms(&motion.rate);
     let moving = |sign: f64| motion.rate.iter().filter(|rate| **rate * sign > 0.3 * size).count();
     let (there, back) = (moving(1.0), moving(-1.0));

@@ -58,7 +58,8 @@ pub(crate) fn command(out: &mut TomlText, table: &RecordedTable, clock: &Clock, 
     out.table("log");
     write_clock(out, clock);
     if let Some((column, unit)) = &clock.other {
-        out.column("received.t", column, unit, "", "the second clock of the log");
+        let (unit, scale) = if *unit == "ns" { ("s", ", scale = 1e-9") } else { (*unit, "") };
+        out.column("received.t", column, unit, scale, "the second clock of the log");
     }
     let angle = if prismatic { "m" } else { "rad" };
     match (event(table), joint) {

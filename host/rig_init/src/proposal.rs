@@ -202,7 +202,8 @@ fn kind(table: &RecordedTable, joints: &[JointColumns], urdf: bool) -> Result<(S
     }
     let names: Vec<&str> = table.columns.iter().take(16).map(|column| column.name.as_str()).collect();
     let more = if table.columns.len() > names.len() { ", ..." } else { "" };
-    let what = format!("the columns of {} fit no kind of rig: {}{more}", table.file, names.join(", "));
+    let unused: String = joints.iter().flat_map(|joint| &joint.notes).map(|note| format!("; {note}")).collect();
+    let what = format!("the columns of {} fit no kind of rig: {}{more}{unused}", table.file, names.join(", "));
     let remedy = "a drive needs position and torque or current; a command a flag and rates, or command and position; a \
                   sensor, a contact and a body forces along x, y, z; a toss positions and quaternions. Name the kind with \
                   --kind, and correct the columns in the file (`softdock diagnose --signals` lists the signals)";

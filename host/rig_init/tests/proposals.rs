@@ -164,6 +164,48 @@ fn clock_since_1970_and_torque_without_a_sign() {
 }
 
 #[test]
+fn missing_cells_do_not_spoil_a_fit() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let row = |n: usize| {
+        let t = n as f64 * 0.004;
+        let gap = |every: usize| if n.is_multiple_of(every) { f64::NAN } else { 0.0 };
+        vec![t + gap(5000), motion(t).0 + gap(400), torque(t) + gap(300)]
+    };
+    let path = log(folder.path(), "a.csv", "t_s,q_rad,tau_nm", 4000, row);
+    let proposed = propose(&path, &options()).expect("a drive");
+    let RigModel::Drive(drive) = load(folder.path(), &proposed, &[]).expect("complete").plant else {
+        panic!("a drive")
+    };
+    assert!((drive.values.motor_inertia / 3.0 - 1.0).abs() < 0.02, "{}", proposed.rig);
+    // A joint at rest has no direction, so its torque counts as one.
+    let path = log(folder.path(), "b.csv", "t_s,q_rad,tau_nm", 400, |n| vec![n as f64 * 0.004, 1.0, 2.0]);
+    let proposed = propose(&path, &options()).expect("a drive at rest");
+    assert_eq!(proposed.open.len(), 2, "{:?}", proposed.open);
+}
+
+#[test]
+fn every_unit_of_a_clock_is_read_back() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for (name, first, second) in [
+        ("t", 0.0, 1.0),
+        ("t_ms", 0.0, 1e3),
+        ("t", 1e5, 1e6),
+        ("%time", 1.7e18, 1e9),
+        ("stamp", 1.7e15, 1e6),
+        ("stamp", 1.7e9, 1.0),
+    ] {
+        let row = |n: usize| {
+            let t = n as f64 * 0.01;
+            vec![first + second * t, motion(t).0, torque(t)]
+        };
+        let path = log(folder.path(), "a.csv", &format!("{name},q_rad,tau_nm"), 1000, row);
+        let proposed = propose(&path, &options()).expect("a drive");
+        let rig = load(folder.path(), &proposed, &[]).unwrap_or_else(|problems| panic!("{name}, {first}: {problems}"));
+        assert!((rig.log["t"].factor * second - 1.0).abs() < 1e-9, "{name}, {first}: {}", proposed.rig);
+    }
+}
+
+#[test]
 fn frame_rate_of_a_toss_follows_from_positions_and_speeds() {
     let folder = tempfile::tempdir().expect("a folder");
     let row = |n: usize| {
