@@ -18,6 +18,7 @@ mod oracles;
 mod parity;
 mod readme;
 mod resume;
+mod rig_init;
 mod slurm;
 mod step;
 mod two_writers;

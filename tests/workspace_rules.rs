@@ -37,7 +37,7 @@ fn crate_dependencies_are_allowed() {
     let own = |name: &str| {
         dependencies[name].iter().filter(|used| used.starts_with("softdock")).map(String::as_str).collect()
     };
-    let allowed: [(&str, &[&str]); 15] = [
+    let allowed: [(&str, &[&str]); 16] = [
         ("softdock-input", &[]),
         ("softdock-tracer", &["softdock-kernels"]),
         ("softdock-engine", &["softdock-kernels", "softdock-tracer"]),
@@ -91,6 +91,8 @@ fn crate_dependencies_are_allowed() {
                 "softdock-diagnosis",
             ],
         ),
+        // It reads recordings as the diagnosis does, and robots from URDF.
+        ("softdock-rig-init", &["softdock-kernels", "softdock-campaign", "softdock-diagnosis"]),
         // Only the command may depend on the scored test set, which alone depends on both sides.
         (
             "softdock-bench",

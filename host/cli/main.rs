@@ -7,6 +7,7 @@ mod gauntlet;
 mod machine;
 mod progress;
 mod results;
+mod rig;
 mod robots;
 mod session_terminal;
 mod terminal;
@@ -61,6 +62,7 @@ enum Command {
     Emulate(robots::EmulateArgs),
     Identify(diagnosis::IdentifyArgs),
     Diagnose(diagnosis::DiagnoseArgs),
+    Rig(rig::RigArgs),
 }
 
 impl Command {
@@ -90,6 +92,7 @@ impl Command {
             Self::Emulate(args) => robots::emulate(args),
             Self::Identify(args) => diagnosis::identify(args),
             Self::Diagnose(args) => diagnosis::diagnose(args),
+            Self::Rig(args) => rig::rig(args),
         }
     }
 }

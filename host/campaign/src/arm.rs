@@ -16,6 +16,15 @@ const MOST_LINKS: usize = 1000;
 /// What to do about a text that is no URDF.
 const CLOSED: &str = "check that every element is closed and that links have <inertial> with <mass> and <inertia>";
 
+/// Treatment of a mass of the root link.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum BaseMass {
+    /// The scenario states the base's mass.
+    Refused,
+    /// The base stands still. Fingers of a gripper are fixed at their zero.
+    Ignored,
+}
+
 /// A checked arm.
 #[derive(Clone, Debug)]
 pub(crate) struct Arm {
@@ -44,13 +53,13 @@ impl Arm {
 }
 
 /// Reads the chain; `mount` is the root link's pose in the base's body frame.
-pub(crate) fn read(source: &Source, mount: Pose<f64>) -> Result<Arm, Vec<Problem>> {
+pub(crate) fn read(source: &Source, mount: Pose<f64>, base: BaseMass) -> Result<Arm, Vec<Problem>> {
     if let Err(deep) = softdock_input::xml_depth(source.text()) {
         let expected = format!("at most {} levels", softdock_input::MAX_DEPTH);
         let problem = Problem::at(source, deep.offset..deep.offset + 1, format!("this is not a URDF: {deep}"));
         return Err(vec![problem.key("robot").value("").expected(expected).remedy(CLOSED)]);
     }
-    let robot = urdf_rs::read_from_string(source.text()).map_err(|error| {
+    let mut robot = urdf_rs::read_from_string(source.text()).map_err(|error| {
         let end = source.text().trim_end().len();
         let message =
             format!("this is not a URDF: {}", error.to_string().split_whitespace().collect::<Vec<_>>().join(" "));
@@ -65,7 +74,11 @@ pub(crate) fn read(source: &Source, mount: Pose<f64>) -> Result<Arm, Vec<Problem
             return Err(vec![problem.expected(format!("at most {MOST_LINKS}")).remedy(remedy)]);
         }
     }
-    let mut reader = Reader { source, robot: &robot, problems: Vec::new() };
+    if base == BaseMass::Ignored {
+        let grippers: Vec<usize> = grippers(&robot).collect();
+        grippers.into_iter().for_each(|joint| robot.joints[joint].joint_type = JointType::Fixed);
+    }
+    let mut reader = Reader { source, robot: &robot, base, problems: Vec::new() };
     reader.check_numbers();
     let arm = if reader.problems.is_empty() { reader.chain(mount) } else { None };
     match arm {
@@ -74,9 +87,29 @@ pub(crate) fn read(source: &Source, mount: Pose<f64>) -> Result<Arm, Vec<Problem
     }
 }
 
+/// Prismatic joints beyond which nothing turns, such as fingers: their numbers in the URDF.
+pub(crate) fn grippers(robot: &Robot) -> impl Iterator<Item = usize> {
+    let turns = |joint: &Joint| matches!(joint.joint_type, JointType::Revolute | JointType::Continuous);
+    let is_gripper = move |joint: &Joint| {
+        let (mut open, mut seen) = (vec![&joint.child.link], 0);
+        while let Some(link) = open.pop() {
+            seen += 1;
+            let mut beyond = robot.joints.iter().filter(|joint| joint.parent.link == *link);
+            // A loop is reported by the chain's reader.
+            if seen > robot.joints.len() || beyond.clone().any(turns) {
+                return false;
+            }
+            open.extend(beyond.by_ref().map(|joint| &joint.child.link));
+        }
+        joint.joint_type == JointType::Prismatic
+    };
+    (0..robot.joints.len()).filter(move |number| is_gripper(&robot.joints[*number]))
+}
+
 struct Reader<'a> {
     source: &'a Source,
     robot: &'a Robot,
+    base: BaseMass,
     problems: Vec<Problem>,
 }
 
@@ -130,7 +163,7 @@ impl<'a> Reader<'a> {
             last: root.clone(),
         };
         let (base, mut next) = self.body(&root, mount, &mut arm)?;
-        if base.mass != 0.0 {
+        if base.mass != 0.0 && self.base == BaseMass::Refused {
             let message = format!("link `{root}` and what is fixed to it belong to the base but have mass");
             self.refuse("link", &root, "mass", message, "leave out its <inertial>; the base's mass is in the scenario");
         }
@@ -310,7 +343,7 @@ mod tests {
     </robot>"#;
 
     fn arm(text: &str) -> Result<Arm, Vec<Problem>> {
-        read(&Source::new("arm.urdf".into(), text.to_owned()), Pose::identity())
+        read(&Source::new("arm.urdf".into(), text.to_owned()), Pose::identity(), BaseMass::Refused)
     }
 
     #[test]

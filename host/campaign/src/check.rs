@@ -11,6 +11,9 @@ use softdock_kernels::params::Params;
 use softdock_kernels::vector::{Pose, Quat, Sym3, Vec3, vec3};
 use std::ops::Range as Span;
 
+/// Value of a key that `softdock rig init` cannot derive: every reader refuses it and names the key.
+pub const FILL_IN: &str = "fill in";
+
 /// Reads the values of one file and collects what is wrong with them.
 ///
 /// After a problem a reader gives a harmless value, so that the rest of the file is read too; nothing built from it
@@ -38,6 +41,14 @@ impl Checker {
     /// A number in SI from a scalar at a place.
     pub(crate) fn scalar(&mut self, scalar: &Scalar, span: &Span<usize>, unit: &str, range: Range) -> f64 {
         let harmless = range.max.min(1.0).max(range.min);
+        if let Scalar::Text(text) = scalar
+            && text == FILL_IN
+        {
+            let allowed = range.words(unit);
+            let example = show_example(if range.contains(1.5) { "1.5" } else { "0.5" }, unit);
+            self.refuse_open(span, &allowed, format!("write a value {allowed}, as in {example}"));
+            return harmless;
+        }
         let value = match scalar {
             Scalar::Number(number) if !number.is_finite() => Err(UnitError::NotANumber),
             Scalar::Number(number) if unit == "1" => Ok(*number),
@@ -60,6 +71,13 @@ impl Checker {
                 harmless
             }
         }
+    }
+
+    /// Refuses a key that still has the value [`FILL_IN`].
+    pub(crate) fn refuse_open(&mut self, span: &Span<usize>, expected: &str, remedy: impl Into<String>) {
+        let key = self.source.key_at(span);
+        let message = format!("fill in `{key}`: the value is still open");
+        self.problems.push(Problem::at(&self.source, span.clone(), message).expected(expected).remedy(remedy));
     }
 
     fn unit_problem(&self, scalar: &Scalar, span: &Span<usize>, unit: &str, error: &UnitError) -> Problem {
@@ -162,6 +180,10 @@ impl Checker {
             return choice.1;
         }
         let words: Vec<&str> = choices.iter().map(|choice| choice.0).collect();
+        if written.value == FILL_IN {
+            self.refuse_open(&written.span, &words.join(", "), format!("write one of: {}", words.join(", ")));
+            return choices[0].1;
+        }
         let problem = Problem::at(&self.source, written.span.clone(), format!("`{}` is not known here", written.value))
             .expected(words.join(", "))
             .remedy(crate::suggest::suggestion(&written.value, &words));

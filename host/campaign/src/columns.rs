@@ -1,6 +1,6 @@
 //! A column of a recording as a model file's `[log]` names it: its unit, and what turns it into SI.
 
-use crate::check::Checker;
+use crate::check::{Checker, FILL_IN};
 use crate::ranges::Range;
 use crate::units::{UnitError, noun, quantity, suggestions};
 use crate::written::At;
@@ -21,6 +21,19 @@ impl RecordedColumn {
     /// The column of a signal with a given SI unit.
     pub(crate) fn read(c: &mut Checker, written: &At<LogTable>, si: &'static str) -> Option<Self> {
         let t = &written.value;
+        if t.column.value == FILL_IN {
+            c.refuse_open(
+                &t.column.span,
+                "a column of the recordings",
+                "write the name of the column, or remove the line",
+            );
+            return None;
+        }
+        if t.unit.value == FILL_IN {
+            let units = suggestions(si);
+            c.refuse_open(&t.unit.span, units, format!("write one of: {units}"));
+            return None;
+        }
         let factor = match quantity(&format!("1 {}", t.unit.value), si) {
             Ok(factor) => factor,
             Err(error) => {

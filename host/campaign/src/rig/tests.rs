@@ -174,3 +174,26 @@ fn a_robot_is_read_axis_by_axis_with_what_a_diagnosis_found() {
     std::fs::remove_file(folder.path().join("kr300.toml")).expect("it was there");
     has(refused(""), "kr300.toml");
 }
+
+#[test]
+fn open_values_are_refused_with_their_key_and_range() {
+    let signals = [("t", "s"), ("q", "rad"), ("tau", "N m")];
+    let drive = |table: &str| text("drive", &format!("[drive]\n{table}\n"), &signals);
+    let refusal = refused(&drive("motion = \"revolute\"\nmotor_inertia = \"fill in\""));
+    assert!(refusal.contains("fill in `drive.motor_inertia`") && refusal.contains("above 0 kg m^2"), "{refusal}");
+    let refusal = refused(&drive("motion = \"fill in\"\nmotor_inertia = \"1 kg m^2\""));
+    assert!(refusal.contains("fill in `drive.motion`") && refusal.contains("prismatic"), "{refusal}");
+    // An optional key counts as open too: its default would decide a verdict.
+    let open = "motion = \"revolute\"\nmotor_inertia = \"1 kg m^2\"\n[tolerance]\nmotor_inertia = \"fill in\"";
+    assert!(refused(&drive(open)).contains("fill in `tolerance.motor_inertia`"));
+    let whole = drive("motion = \"revolute\"\nmotor_inertia = \"1 kg m^2\"");
+    for (old, new, key) in [
+        ("column = \"tau\"", "column = \"fill in\"", "log.tau.column"),
+        ("unit = \"N m\"", "unit = \"fill in\"", "log.tau.unit"),
+        ("unit = \"N m\"", "unit = \"N m\", scale = \"fill in\"", "log.tau.scale"),
+    ] {
+        let refusal = refused(&whole.replacen(old, new, 1));
+        assert!(refusal.contains(&format!("fill in `{key}`")), "{refusal}");
+    }
+    assert!(load(&whole).is_ok());
+}

@@ -80,7 +80,7 @@ fn read_arm(c: &mut Checker, table: &ArmTable, file: &ScenarioFile, part_a: Pose
         Ok(source) => source,
         Err(problems) => return c.problems.extend(problems),
     };
-    let arm = match arm::read(&source, mount) {
+    let arm = match arm::read(&source, mount, arm::BaseMass::Refused) {
         Ok(arm) => arm,
         Err(problems) => return c.problems.extend(problems),
     };

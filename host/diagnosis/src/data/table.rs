@@ -128,12 +128,12 @@ impl Wanted<'_> {
 }
 
 /// Whether a file is Parquet by its ending; else it is CSV.
-pub(crate) fn is_parquet(path: &Path) -> bool {
+pub fn is_parquet(path: &Path) -> bool {
     path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("parquet"))
 }
 
 /// Names of a file's columns.
-pub(crate) fn column_names(path: &Path) -> Result<Vec<String>> {
+pub fn column_names(path: &Path) -> Result<Vec<String>> {
     if is_parquet(path) {
         return Ok(softdock_results::foreign::column_names(path)?);
     }
