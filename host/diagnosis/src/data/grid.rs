@@ -73,20 +73,26 @@ pub fn read(path: &Path, rig: &Rig) -> Result<(Vec<Piece>, Vec<Finding>)> {
         return Err(DiagnosisError::log(path, None, format!("[log] of {} names no column for `t`", rig.file), remedy));
     }
     let columns = rig.log.iter().map(|(signal, column)| (signal.as_str(), column.name.as_str())).collect();
-    let raw = Wanted { columns, named: Named::By(&rig.file), gaps: Gaps::Kept }.read(path)?;
+    let named = Named::By(&rig.file);
+    let table = Wanted { columns, named, gaps: Gaps::Kept, order: &rig.column_order }.read(path)?;
     let in_si = |((name, column), values): ((&String, &softdock_campaign::columns::RecordedColumn), Vec<f64>)| {
-        let values = values.iter().map(|value| value * column.factor + column.offset).collect();
+        // Dates are in seconds already, whatever the unit of the column.
+        let factor = if table.has_dates && name == "t" { 1.0 } else { column.factor };
+        let values = values.iter().map(|value| value * factor + column.offset).collect();
         (name.clone(), values)
     };
-    let mut signals: BTreeMap<String, Vec<f64>> = rig.log.iter().zip(raw).map(in_si).collect();
+    let mut signals: BTreeMap<String, Vec<f64>> =
+        rig.log.iter().zip(table.columns.iter().cloned()).map(in_si).collect();
     let time = signals.remove("t").expect("asked for above");
     let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
     let mut findings = FindingLog { recording: name, findings: Vec::new() };
+    table.assumed.into_iter().for_each(|what| findings.note(what));
     drop_damaged_cells(rig, &mut signals, &mut findings);
     let fewest = if matches!(rig.plant, RigModel::Toss(_)) { FEWEST_OF_A_TOSS } else { FEWEST };
     let rows = time.len();
     let mut pieces = Vec::new();
     for (name, time, signals) in experiments(path, time, signals)? {
+        let (time, signals) = with_clock(time, signals, &mut findings);
         pieces.extend(even_pieces(path, name, &time, &signals, fewest, &mut findings)?);
     }
     if pieces.is_empty() {
@@ -172,6 +178,35 @@ fn experiments(path: &Path, time: Vec<f64>, mut signals: Signals) -> Result<Vec<
     Ok(bounds.windows(2).filter(|pair| pair[0] < pair[1]).map(cut).collect())
 }
 
+/// Largest share of rows with a repeated time stamp, or none, that are left out.
+const MOST_STAMPS: f64 = 0.02;
+
+/// Omits rows whose time stamp is missing or repeats that of the row before, if they are few: the others decide on the
+/// clock.
+fn with_clock(time: Vec<f64>, signals: Signals, findings: &mut FindingLog) -> (Vec<f64>, Signals) {
+    let mut last = f64::NAN;
+    let (mut rows, mut repeated) = (Vec::new(), 0);
+    for (row, stamp) in time.iter().enumerate() {
+        if *stamp == last {
+            repeated += 1;
+        } else if stamp.is_finite() {
+            rows.push(row);
+            last = *stamp;
+        }
+    }
+    let absent = time.len() - rows.len() - repeated;
+    if rows.len() == time.len() || (repeated + absent) as f64 > MOST_STAMPS * time.len() as f64 {
+        return (time, signals);
+    }
+    for (count, what) in [(repeated, "repeat the time stamp of the row before"), (absent, "have no time stamp")] {
+        if count > 0 {
+            findings.note(format!("{count} of {} rows {what} and are omitted", time.len()));
+        }
+    }
+    let of = |values: &Vec<f64>| rows.iter().map(|row| values[*row]).collect();
+    (of(&time), signals.iter().map(|(name, values)| (name.clone(), of(values))).collect())
+}
+
 /// The stretches of an experiment without gaps, at equal steps.
 fn even_pieces(
     path: &Path,
@@ -241,7 +276,9 @@ impl Clock {
         steps.sort_by(f64::total_cmp);
         let usual = steps[steps.len() / 2];
         let regular: Vec<f64> = uneven.iter().copied().filter(|step| *step < LONGEST_GAP * usual).collect();
-        let step = regular.iter().sum::<f64>() / regular.len() as f64;
+        // A missing row makes a step of two.
+        let count: f64 = regular.iter().map(|step| (step / usual).round()).sum();
+        let step = regular.iter().sum::<f64>() / count;
         let irregular = regular.iter().filter(|s| (*s - step).abs() > JITTER * step).count();
         if irregular > 0 {
             findings.note(format!(

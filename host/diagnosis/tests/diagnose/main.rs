@@ -3,6 +3,7 @@
 mod bad_input;
 mod bench;
 mod cost;
+mod dialects;
 mod friction_pair;
 mod measured;
 
