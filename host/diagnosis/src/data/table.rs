@@ -43,6 +43,15 @@ pub struct ReadTable {
     pub assumed: Vec<String>,
     /// Whether the time was dates, which are in seconds since 1970.
     pub has_dates: bool,
+    /// Line of each row in a CSV file; empty for Parquet.
+    lines: Vec<usize>,
+}
+
+impl ReadTable {
+    /// Returns the place of a row in its file, such as `line 3` or, in Parquet, `row 2`.
+    pub fn place(&self, row: usize) -> String {
+        self.lines.get(row).map_or_else(|| format!("row {}", row + 1), |line| format!("line {line}"))
+    }
 }
 
 impl Wanted<'_> {
@@ -54,7 +63,7 @@ impl Wanted<'_> {
         if !is_parquet(path) {
             return self.csv(path);
         }
-        Ok(ReadTable { columns: self.parquet(path)?, assumed: Vec::new(), has_dates: false })
+        Ok(ReadTable { columns: self.parquet(path)?, assumed: Vec::new(), has_dates: false, lines: Vec::new() })
     }
 
     /// The error for a column that the file lacks.
@@ -123,7 +132,7 @@ impl Wanted<'_> {
         };
         let places: Vec<usize> = self.columns.iter().map(|column| place(column.1)).collect::<Result<_>>()?;
         let mut columns = vec![Vec::new(); self.columns.len()];
-        let mut has_dates = false;
+        let (mut has_dates, mut lines) = (false, Vec::new());
         let mut rows = dialect.rows(&text).peekable();
         while let Some((number, line)) = rows.next() {
             let cells = dialect.cells(line);
@@ -137,6 +146,7 @@ impl Wanted<'_> {
                 let what = format!("{} values where the header names {} columns", cells.len(), known.len());
                 return Err(DiagnosisError::log(path, Some(number), what, dialect.remedy_of_width()));
             }
+            lines.push(number);
             for (((signal, name), place), column) in self.columns.iter().zip(&places).zip(&mut columns) {
                 let cell = cells[*place];
                 has_dates |= *signal == TIME && is_date(cell);
@@ -149,7 +159,7 @@ impl Wanted<'_> {
         if has_dates {
             dialect.assumed.push("the time is date and time by ISO 8601: it is converted to seconds".to_owned());
         }
-        Ok(ReadTable { columns, assumed: dialect.assumed, has_dates })
+        Ok(ReadTable { columns, assumed: dialect.assumed, has_dates, lines })
     }
 
     /// Names the columns of a file without a header in the order in which the model file lists them, if they are as

@@ -5,6 +5,7 @@ use crate::data::grid::{Finding, Piece, read};
 use crate::data::hold_out::{last_third, split};
 use crate::data::recordings::Recordings;
 use crate::data::repeats::separate_motions;
+use crate::data::segments::separate_segments;
 use crate::plants::{self, DiagnosedPlant};
 use crate::{DiagnosisError, Result};
 use softdock_campaign::Rig;
@@ -59,11 +60,13 @@ pub fn prepare(rig: Rig, logs: &[&Path], holdout: &[&Path], options: &DiagnosisO
 /// What files have of a rig's signals, and what was found in them.
 fn pieces(rig: &Rig, paths: &[&Path], findings: &mut Vec<Finding>) -> Result<Vec<Piece>> {
     let mut all = Vec::new();
-    for path in paths {
+    for (file, path) in paths.iter().enumerate() {
         let (pieces, found) = read(path, rig)?;
         findings.extend(found);
-        all.extend(pieces);
+        all.extend(pieces.into_iter().map(|piece| (file, piece)));
     }
+    let (all, found) = separate_segments(all);
+    findings.extend(found);
     Ok(all)
 }
 

@@ -4,7 +4,8 @@ use softdock_campaign::Rig;
 use softdock_diagnosis::data::grid::{Finding, Piece, read};
 use std::path::Path;
 
-const MODEL: &str = r#"schema = "rig/1"
+/// A joint that is known by its inertia alone.
+pub(crate) const MODEL: &str = r#"schema = "rig/1"
 kind = "drive"
 id = "joint"
 title = "A joint"
@@ -22,7 +23,7 @@ motor_inertia = "5 %"
 /// Rows of the recordings.
 const ROWS: u32 = 400;
 
-fn plain() -> String {
+pub(crate) fn plain() -> String {
     let row = |i: u32| {
         let t = f64::from(i) * 0.01;
         format!("{t:.7},{:.7},{:.7}\n", (2.0 * t).sin(), 30.0 * (2.0 * t + 0.4).cos())

@@ -5,7 +5,9 @@ mod bench;
 mod cost;
 mod dialects;
 mod friction_pair;
+mod gaps;
 mod measured;
+mod recordings;
 
 use bench::{Bench, Kind, assert_named, drive};
 use softdock_diagnosis::diagnosis::DiagnosisOptions;
