@@ -101,7 +101,7 @@ const CAMPAIGNS: &[Case] = &[
     campaign("sigma = [\"1 mm\", \"2 mm\", \"3 mm\"]", "sigma = [\"1 mm\", \"2 mm\"]", 21, "dispersion[3].dist.sigma", "2 values for 3 targets", "write 3 values in brackets"),
     campaign("kind = \"mvnormal\"", "kind = \"normal\"", 20, "dispersion[3].target", "`offset` is a vector", "\"offset_x\", \"offset_y\" or \"offset_z\""),
     campaign("delays.csv", "delays.parquet", 25, "dispersion[4].dist.file", "only CSV", "Parquet tables are not read here"),
-    campaign("unit = \"ms\"", "unit = \"mm\"", 25, "dispersion[4].dist.unit", "not a unit of the target", "s, ms, us, min"),
+    campaign("unit = \"ms\"", "unit = \"mm\"", 25, "dispersion[4].dist.unit", "not a unit of the target", "s, ms, us, ns, min"),
     campaign("sigma = \"10 kg\"", "sigma = \"100 kg\"", 29, "dispersion[5].dist", "beyond its legal range", "kind = \"truncnormal\""),
     campaign("target = \"target_mass\"", "target = \"loop_delay\"", 28, "dispersion[5].target", "dispersed twice", "the one in line 25"),
     campaign("matrix = [[1, 0.5], [0.5, 1]]", "matrix = [[1, 0.5], [0.4, 1]]", 33, "correlation[1].matrix", "not a correlation matrix", "symmetric, with ones on the diagonal"),

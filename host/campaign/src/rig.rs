@@ -46,6 +46,8 @@ pub struct Rig {
     pub plant: RigModel,
     /// Columns of its recordings by signal.
     pub log: BTreeMap<String, RecordedColumn>,
+    /// Names of these columns, each once, in the order in which the file lists them.
+    pub column_order: Vec<String>,
     /// The model file's name, without its folder.
     pub file: String,
     source: Source,
@@ -130,9 +132,10 @@ impl Rig {
         };
         Problems::check(std::mem::take(&mut c.problems))?;
         let plant = plant.expect("a missing table is a problem");
+        let column_order = column_order(&file);
         let title = file.title.map_or_else(|| id.clone(), |title| title.value);
         let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
-        Ok(Self { id, title, plant, log, file: name, source: c.source, robot: beside })
+        Ok(Self { id, title, plant, log, column_order, file: name, source: c.source, robot: beside })
     }
 
     /// The file's text with the file that it names beside it: the text, and name and text of the other.
@@ -226,6 +229,20 @@ fn missing(c: &mut Checker, file: &RigFile, needed: &[&str]) {
             format!("add a line for each: {} = {{ column = \"...\", unit = \"...\" }}", first.replace('`', "\""));
         c.refuse(&file.kind.span, message, remedy);
     }
+}
+
+/// Names of the columns of `[log]` in the order of the file.
+fn column_order(file: &RigFile) -> Vec<String> {
+    let mut places: Vec<(usize, &String)> =
+        file.log.values().map(|written| (written.value.column.span.start, &written.value.column.value)).collect();
+    places.sort_unstable();
+    let mut names: Vec<String> = Vec::new();
+    for (_, name) in places {
+        if !names.contains(name) {
+            names.push(name.clone());
+        }
+    }
+    names
 }
 
 fn columns(

@@ -90,7 +90,8 @@ impl Columns {
 
     fn read(path: &Path, robot: &Robot) -> Result<Self> {
         let named = robot.log.iter().map(|channel| (channel.name.as_str(), channel.column.name.as_str())).collect();
-        let columns = Wanted { columns: named, named: Named::By(&robot.file), gaps: Gaps::Refused }.read(path)?;
+        let wanted = Wanted { columns: named, named: Named::By(&robot.file), gaps: Gaps::Refused, order: &[] };
+        let columns = wanted.read(path)?.columns;
         let column = |(channel, values): (&Channel, Vec<f64>)| {
             let values = values.iter().map(|value| value * channel.column.factor + channel.column.offset).collect();
             Column { channel: channel.clone(), values }

@@ -30,8 +30,10 @@ pub const CONTACT_SIGNALS: [(&str, &str, &str); 10] = [
     ("force.z", "N", "force of the plate on the body, along z"),
 ];
 
-/// Required signals.
-const NEEDED: [&str; 7] = ["t", "position.x", "position.y", "position.z", "force.x", "force.y", "force.z"];
+/// Required signals. Of an impact along the normal alone, the lateral ones may be missing.
+const NEEDED: [&str; 3] = ["t", "position.z", "force.z"];
+/// Lateral forces with the motion that they come from.
+const LATERAL: [[&str; 2]; 2] = [["force.x", "position.x"], ["force.y", "position.y"]];
 
 pub(super) fn contact(c: &mut Checker, file: &RigFile) -> Option<ContactRig> {
     let Some(written) = &file.contact else {
@@ -43,6 +45,11 @@ pub(super) fn contact(c: &mut Checker, file: &RigFile) -> Option<ContactRig> {
         return None;
     };
     missing(c, file, &NEEDED);
+    for [force, position] in LATERAL {
+        if file.log.contains_key(force) {
+            missing(c, file, &[position]);
+        }
+    }
     let values = values(c, &written.value);
     let tolerance = tolerance(c, &file.tolerance, &values);
     let values = with_effects(c, false, file, values);

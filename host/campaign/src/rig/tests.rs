@@ -80,9 +80,12 @@ fn what_is_wrong_is_said_with_its_range_and_a_remedy() {
         &refused(&contact("[contact]\nstiffness = \"1 N/m\"\n[tolerance]\ncoulomb = \"3 %\"\n")),
         &["no tolerance `coulomb`"],
     );
-    let few =
-        text("contact", "[contact]\nstiffness = \"1 N/m\"\n", &[("t", "s"), ("position.x", "m"), ("force.q", "N")]);
-    has(&refused(&few), &["`position.y`", "add a line for each", "no signal `force.q`"]);
+    let few = text(
+        "contact",
+        "[contact]\nstiffness = \"1 N/m\"\n",
+        &[("t", "s"), ("position.z", "m"), ("force.y", "N"), ("force.q", "N")],
+    );
+    has(&refused(&few), &["`force.z`", "`position.y`", "add a line for each", "no signal `force.q`"]);
 }
 
 #[test]

@@ -8,8 +8,9 @@ use std::collections::BTreeMap;
 const DEFAULT_STEPS: usize = 4;
 /// Largest decimation factor.
 const MOST_STEPS: usize = 25;
-/// Bands in which the power is compared, from nothing to the Nyquist frequency.
+/// Bands in which the power is compared, from nothing to the Nyquist frequency: as many as four samples each allow.
 const BANDS: usize = 50;
+const FEWEST_BANDS: usize = 10;
 
 /// Returns the decimation factor of a signal, at least 2: the smallest that keeps the frequencies at which the mean of
 /// repeats exceeds their noise.
@@ -35,18 +36,19 @@ pub(crate) fn highest(pieces: &[Piece], signal: &str) -> Option<f64> {
 fn highest_common(repeats: &[&[f64]]) -> Option<f64> {
     let count = repeats.len();
     let n = repeats.iter().map(|list| list.len()).min()?;
-    if count < 2 || n < 4 * BANDS {
+    let bands = BANDS.min(n / 4);
+    if count < 2 || bands < FEWEST_BANDS {
         return None;
     }
     let mean: Vec<f64> = (0..n).map(|i| repeats.iter().map(|list| list[i]).sum::<f64>() / count as f64).collect();
-    let mut noise = vec![0.0; BANDS];
+    let mut noise = vec![0.0; bands];
     for list in repeats {
         let rest: Vec<f64> = (0..n).map(|i| list[i] - mean[i]).collect();
         // Of the mean of so many repeats, from deviations with one degree of freedom less.
         let share = 1.0 / (count * (count - 1)) as f64;
-        noise.iter_mut().zip(band_powers(&rest, BANDS)).for_each(|(sum, power)| *sum += share * power);
+        noise.iter_mut().zip(band_powers(&rest, bands)).for_each(|(sum, power)| *sum += share * power);
     }
-    let signal = band_powers(&mean, BANDS);
-    let bands = (0..BANDS).take_while(|band| signal[*band] > 2.0 * noise[*band]).count();
-    (bands > 0).then_some(0.5 * bands as f64 / BANDS as f64)
+    let signal = band_powers(&mean, bands);
+    let above = (0..bands).take_while(|band| signal[*band] > 2.0 * noise[*band]).count();
+    (above > 0).then_some(0.5 * above as f64 / bands as f64)
 }

@@ -130,7 +130,8 @@ impl Table {
         let known = column_names(path)?;
         wanted.extend(LIMITS.map(str::to_owned).into_iter().filter(|limits| known.contains(limits)));
         let columns = wanted.iter().map(|name| ("", name.as_str())).collect();
-        let mut columns = Wanted { columns, named: Named::Agreed(REMEDY), gaps: Gaps::Kept }.read(path)?;
+        let wanted = Wanted { columns, named: Named::Agreed(REMEDY), gaps: Gaps::Kept, order: &[] };
+        let mut columns = wanted.read(path)?.columns;
         let limits = columns.split_off(needed);
         Ok(Self { columns, limits })
     }

@@ -1,6 +1,7 @@
 //! Selection of held-out data within the given recordings: later parts, or experiments by number.
 
 use crate::data::grid::Piece;
+use crate::data::segments::whole_name;
 use crate::{DiagnosisError, Result};
 use std::fmt;
 use std::str::FromStr;
@@ -56,6 +57,7 @@ impl Every {
 
 /// The number that the name of an experiment ends with.
 fn number(name: &str) -> Option<u64> {
+    let name = whole_name(name);
     let digits = name.len() - name.trim_end_matches(|c: char| c.is_ascii_digit()).len();
     name[name.len() - digits..].parse().ok()
 }
@@ -81,15 +83,18 @@ mod tests {
     use super::*;
 
     fn piece(name: &str) -> Piece {
-        Piece { experiment: name.into(), repeat: 1, start: 0.0, step: 0.01, signals: Default::default() }
+        Piece { experiment: name.into(), repeat: 1, start: 0.0, offset: 0.0, step: 0.01, signals: Default::default() }
     }
 
     #[test]
     fn experiments_are_held_out_by_number_modulo() {
         let every: Every = "4:1".parse().expect("a rest");
-        let (held, rest) = every.split(["1", "2", "toss 13", "16"].map(piece).into()).expect("numbers");
+        let (held, rest) = every.split(["1", "2", "toss 13", "16, part 3"].map(piece).into()).expect("numbers");
         let names = |pieces: &[Piece]| pieces.iter().map(|piece| piece.experiment.clone()).collect::<Vec<_>>();
-        assert_eq!((names(&held), names(&rest)), (vec!["1".into(), "toss 13".into()], vec!["2".into(), "16".into()]));
+        assert_eq!(
+            (names(&held), names(&rest)),
+            (vec!["1".into(), "toss 13".into()], vec!["2".into(), "16, part 3".into()])
+        );
         assert!(every.split(vec![piece("bounce")]).is_err());
         assert!(["4", "4:4", "1:0", "a:1", "4:-1"].iter().all(|text| text.parse::<Every>().is_err()));
     }

@@ -52,7 +52,7 @@ mod tests {
     fn piece(repeat: usize, rate: f64, offset: f64) -> Piece {
         let angle = |i: i32| (rate * f64::from(i)).sin() + offset;
         let signals = BTreeMap::from([("q".to_owned(), (0..500).map(angle).collect())]);
-        Piece { experiment: "x".to_owned(), repeat, start: 0.0, step: 0.01, signals }
+        Piece { experiment: "x".to_owned(), repeat, start: 0.0, offset: 0.0, step: 0.01, signals }
     }
 
     #[test]

@@ -5,6 +5,7 @@ use crate::data::grid::{Finding, Piece, read};
 use crate::data::hold_out::{last_third, split};
 use crate::data::recordings::Recordings;
 use crate::data::repeats::separate_motions;
+use crate::data::segments::separate_segments;
 use crate::plants::{self, DiagnosedPlant};
 use crate::{DiagnosisError, Result};
 use softdock_campaign::Rig;
@@ -22,6 +23,7 @@ pub fn prepare(rig: Rig, logs: &[&Path], holdout: &[&Path], options: &DiagnosisO
     let mut findings = Vec::new();
     let (mut learn, mut test) = (pieces(&rig, logs, &mut findings)?, pieces(&rig, holdout, &mut findings)?);
     findings.extend([&mut learn, &mut test].into_iter().flat_map(|pieces| separate_motions(pieces)));
+    from_session_start(&mut learn, &mut test);
     let plant = plants::of_rig(rig.plant);
     if plant.needs_motion() {
         learn.iter().chain(&test).try_for_each(moves)?;
@@ -58,12 +60,31 @@ pub fn prepare(rig: Rig, logs: &[&Path], holdout: &[&Path], options: &DiagnosisO
 /// What files have of a rig's signals, and what was found in them.
 fn pieces(rig: &Rig, paths: &[&Path], findings: &mut Vec<Finding>) -> Result<Vec<Piece>> {
     let mut all = Vec::new();
-    for path in paths {
+    for (file, path) in paths.iter().enumerate() {
         let (pieces, found) = read(path, rig)?;
         findings.extend(found);
-        all.extend(pieces);
+        all.extend(pieces.into_iter().map(|piece| (file, piece)));
     }
+    let (all, found) = separate_segments(all);
+    findings.extend(found);
     Ok(all)
+}
+
+/// Clock beyond which time stamps count from 1970 and not from the start of a session \[s\].
+const EPOCH: f64 = 1e8;
+
+/// Counts time stamps since 1970 from the earliest recording on: the held-out time and the temperature of a drive count
+/// from the start of the session. Stamps of other clocks move with them.
+fn from_session_start(learn: &mut [Piece], test: &mut [Piece]) {
+    let start = learn.iter().chain(&*test).map(|piece| piece.start).fold(f64::INFINITY, f64::min);
+    if start < EPOCH || start.is_infinite() {
+        return;
+    }
+    for piece in learn.iter_mut().chain(test) {
+        piece.start -= start;
+        let stamps = piece.signals.iter_mut().filter(|(name, _)| name.ends_with(".t"));
+        stamps.for_each(|(_, values)| values.iter_mut().for_each(|stamp| *stamp -= start));
+    }
 }
 
 /// Prepares recordings of events without an echo, which determine delays only and have no held-out data.

@@ -31,7 +31,12 @@ impl Bench {
 
     /// A drive in records of full length in every check, for what shows late or from repeat to repeat.
     pub(crate) fn long_drive(hidden: &[(&'static str, f64)], seed: u64) -> Self {
-        Self::write(&set(Kind::Drive { link_encoder: false }, NoiseColour::FirstOrder, hidden, seed))
+        Self::long(Kind::Drive { link_encoder: false }, hidden, seed)
+    }
+
+    /// A bench of any kind in records of full length in every check.
+    pub(crate) fn long(kind: Kind, hidden: &[(&'static str, f64)], seed: u64) -> Self {
+        Self::write(&set(kind, NoiseColour::FirstOrder, hidden, seed))
     }
 
     /// A bench of any kind; in the short check the beginnings of two repeats of every experiment.

@@ -3,8 +3,11 @@
 mod bad_input;
 mod bench;
 mod cost;
+mod dialects;
 mod friction_pair;
+mod gaps;
 mod measured;
+mod recordings;
 
 use bench::{Bench, Kind, assert_named, drive};
 use softdock_diagnosis::diagnosis::DiagnosisOptions;

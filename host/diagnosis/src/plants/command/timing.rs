@@ -219,7 +219,7 @@ mod tests {
 
     fn piece(signals: &[(&str, Vec<f64>)]) -> Piece {
         let signals = signals.iter().map(|(name, values)| ((*name).to_owned(), values.clone())).collect();
-        Piece { experiment: "step".to_owned(), repeat: 1, start: 0.0, step: 0.008, signals }
+        Piece { experiment: "step".to_owned(), repeat: 1, start: 0.0, offset: 0.0, step: 0.008, signals }
     }
 
     #[test]

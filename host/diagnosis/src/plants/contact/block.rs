@@ -39,12 +39,14 @@ pub fn contact_block(
 ) -> MeasuredBlock {
     let base = to_vec(&rig.values);
     let bands = POSITIONS.map(|signal| highest(pieces, signal).unwrap_or(LEAST_BAND));
-    let channel = |(output, name): (usize, &&'static str)| MeasuredOutput { name, output, unit: "N" };
-    let channels = FORCES.iter().enumerate().map(channel).collect();
+    let recorded = |signal: &str| pieces.iter().all(|piece| piece.signals.contains_key(signal));
+    let compared: Vec<usize> = (0..FORCES.len()).filter(|axis| recorded(FORCES[*axis])).collect();
+    let channel = |axis: &usize| MeasuredOutput { name: FORCES[*axis], output: *axis, unit: "N" };
+    let channels = compared.iter().map(channel).collect();
     let section = Section::from(BlockKind::Contact);
     let lead = bristle_lead(rig, &section);
     let mut block = MeasuredBlock {
-        trials: pieces.iter().map(|piece| trial(piece, held_out(&piece.experiment), finer, bands)).collect(),
+        trials: pieces.iter().map(|piece| trial(piece, held_out(&piece.experiment), finer, bands, &compared)).collect(),
         decimator: Decimator::new(STEPS),
         ..MeasuredBlock::of(section, "R5 motion to force", base, &rig.tolerance, channels)
     };
@@ -59,12 +61,15 @@ fn bristle_lead(rig: &ContactRig, section: &Section) -> Option<Unknown> {
     (rig.values.friction > 0.0).then(|| Unknown::of(section, "bristle_lead", prior, Role::Nuisance))
 }
 
-fn trial(piece: &Piece, held_out: bool, finer: usize, bands: [f64; 3]) -> Trial {
+fn trial(piece: &Piece, held_out: bool, finer: usize, bands: [f64; 3], compared: &[usize]) -> Trial {
     let each = (piece.step / LONGEST_STEP).ceil() as usize * finer;
     let step = piece.step / each as f64;
     let nyquist = 0.5 / piece.step;
+    // A lateral motion that was not recorded is none.
+    let still = vec![0.0; piece.samples()];
     let axis = |k: usize| -> SmoothedSignal {
-        motion(&piece.signals[POSITIONS[k]], piece.step, (BAND * bands[k] / piece.step).min(nyquist), each)
+        let samples = piece.signals.get(POSITIONS[k]).unwrap_or(&still);
+        motion(samples, piece.step, (BAND * bands[k] / piece.step).min(nyquist), each)
     };
     let [x, y, z] = [axis(0), axis(1), axis(2)];
     let instants = z.value.len();
@@ -77,6 +82,6 @@ fn trial(piece: &Piece, held_out: bool, finer: usize, bands: [f64; 3]) -> Trial 
         experiment: piece.experiment.clone(),
         held_out,
         recorded: Recorded { step, instants, stride: each, inputs, late, offsets: Vec::new() },
-        measured: FORCES.iter().map(|signal| piece.signals[*signal].clone()).collect(),
+        measured: compared.iter().map(|axis| piece.signals[FORCES[*axis]].clone()).collect(),
     }
 }

@@ -24,7 +24,9 @@ struct Spans {
 impl Spans {
     fn of(block: &MeasuredBlock) -> Self {
         let motion = || block.trials.iter().flat_map(|trial| trial.recorded.late.chunks(6));
-        let normal = block.trials.iter().flat_map(|trial| trial.measured[2].iter());
+        // The normal is the last axis, of one or of three.
+        let normal = block.channels.len() - 1;
+        let normal = block.trials.iter().flat_map(|trial| trial.measured[normal].iter());
         Self {
             force: normal.fold(0.0, |peak, force| peak.max(force.abs())),
             depth: motion().fold(1e-6, |peak, m| peak.max(-m[2])),
@@ -47,7 +49,10 @@ fn grid(values: impl IntoIterator<Item = f64>) -> Vec<Vec<f64>> {
 pub fn effects(block: &MeasuredBlock) -> Vec<Hypothesis> {
     let (spans, mut shelf) = (Spans::of(block), Shelf::of(block));
     normal(&mut shelf, &spans);
-    friction(&mut shelf, &spans);
+    // Without a lateral force no friction is visible.
+    if block.channels.len() > 1 {
+        friction(&mut shelf, &spans);
+    }
     mount(&mut shelf);
     sensor(&mut shelf);
     shelf.all

@@ -22,7 +22,9 @@ impl DiagnosedPlant for ContactPlant {
         hypotheses::effects(block)
     }
 
-    fn views(&self, _: &Recordings, blocks: &[BlockWithLibrary]) -> Vec<BlockView> {
-        judged_views(blocks, &block::POSITIONS, &block::FORCES)
+    fn views(&self, recordings: &Recordings, blocks: &[BlockWithLibrary]) -> Vec<BlockView> {
+        let recorded = |signals: [&'static str; 3]| signals.into_iter().filter(|signal| recordings.has(signal));
+        let [inputs, outputs] = [block::POSITIONS, block::FORCES].map(|signals| recorded(signals).collect::<Vec<_>>());
+        judged_views(blocks, &inputs, &outputs)
     }
 }

@@ -139,7 +139,7 @@ pub fn followed(rig: &DriveRig, start: f64, step: f64, path: &[f64]) -> Piece {
     let torque = (0..path.len()).map(torque).collect();
     let places = ["q", "ref", "q_link"].map(|name| (name.to_owned(), path.to_vec()));
     let signals = places.into_iter().chain([("tau".to_owned(), torque)]).collect();
-    Piece { experiment: "proposed".to_owned(), repeat: 1, start, step, signals }
+    Piece { experiment: "proposed".to_owned(), repeat: 1, start, offset: 0.0, step, signals }
 }
 
 /// Resamples values to `count` equal steps over the same time; `straight` interpolates between two values.

@@ -178,7 +178,7 @@ mod tests {
         let swing = |axis: usize, i: usize| 0.4 * ((1.0 + 0.3 * axis as f64) * i as f64 * step + axis as f64).sin();
         let signal = |axis: usize| (format!("q.{}", axis + 1), (0..1500).map(|i| swing(axis, i)).collect());
         let signals = (0..6).map(signal).collect();
-        Piece { experiment: "swing".to_owned(), repeat: 1, start: 0.0, step, signals }
+        Piece { experiment: "swing".to_owned(), repeat: 1, start: 0.0, offset: 0.0, step, signals }
     }
 
     #[test]
