@@ -45,7 +45,9 @@ impl RecordedTable {
         names.retain(|name| !name.is_empty() && seen.insert(name.clone()));
         let read = |names: &[String]| {
             let columns = names.iter().map(|name| (name.as_str(), name.as_str())).collect();
-            Wanted { columns, named: Named::Agreed(REMEDY), gaps: Gaps::Kept }.read(path)
+            Wanted { columns, named: Named::Agreed(REMEDY), gaps: Gaps::Kept, order: &[] }
+                .read(path)
+                .map(|table| table.columns)
         };
         let (mut columns, mut unread, mut failure) = (Vec::new(), Vec::new(), None);
         match read(&names) {

@@ -29,7 +29,14 @@ fn recordings(truth: &RobotRig, coupling: Option<AxisCoupling<f64>>) -> Recordin
             };
             term(0) + term(1)
         };
-        let mut piece = Piece { experiment: name.to_owned(), repeat: 1, start: 0.0, step, signals: Default::default() };
+        let mut piece = Piece {
+            experiment: name.to_owned(),
+            repeat: 1,
+            offset: 0.0,
+            start: 0.0,
+            step,
+            signals: Default::default(),
+        };
         for axis in 0..6 {
             piece
                 .signals
