@@ -166,6 +166,22 @@ fn a_robot_is_read_axis_by_axis_with_what_a_diagnosis_found() {
     let (text, beside) = rig.gathered();
     assert!(text.contains("model = \"kr300.toml\"") && beside[0].0 == "kr300.toml");
 
+    // Loads add up: each is beyond the model that it was found with.
+    let load_of = |mass: &str| {
+        format!(
+            "[[effect]]\nid = \"J14_payload\"\n[effect.parameters]\npayload = \"{mass} kg\"\npayload_place_z = \"0.1 m\"\n"
+        )
+    };
+    let laden = load(&format!("{}{}", load_of("30"), load_of("-10"))).expect("a legal file");
+    let RigModel::Robot(laden) = &laden.plant else { panic!("a robot") };
+    let last = |rig: &super::RobotRig| rig.model.joints.last().expect("joints").link.mass;
+    assert!((last(laden) - last(robot) - 20.0).abs() < 1e-9);
+    let coupled = "[[effect]]\nid = \"J22_axis_coupling\"\njoint = 6\n[effect.parameters]\ncoupling_ratio = -1\n\
+                   coupling_viscous = \"50 N m s/rad\"\n";
+    let coupled = load(coupled).expect("a legal file");
+    let RigModel::Robot(coupled) = &coupled.plant else { panic!("a robot") };
+    assert_eq!((coupled.couplings[5].coupling_ratio, coupled.couplings[5].coupling_viscous), (-1.0, 50.0));
+
     let has = |message: String, word: &str| assert!(message.contains(word), "{message}");
     has(refused(&found.replace("joint = 2\n", "")), "none is named");
     has(refused(&found.replace("joint = 2", "joint = 7")), "from 1 to 6");

@@ -5,7 +5,6 @@ use softdock_gauntlet::{
     EffectCase, Error, Hidden, NoiseColour, Rig, Stronger, effects, exact, fresh, further, generate, outside,
 };
 use softdock_test_size::sized;
-use std::time::Instant;
 
 const DRIVE: Rig = Rig::Drive { link_encoder: false };
 

@@ -246,13 +246,13 @@ impl HeldOut {
             let length = ((BLOCK * recording.rate) as usize).max(1);
             let count = recording.axes[0].nrows();
             let mut own = vec![[0.0; 2]; count.div_ceil(length)];
-            for axis in 0..axes {
+            for (axis, sums) in sums.iter_mut().enumerate() {
                 let rests = [before, after].map(|fit| fit.rest(&recording.axes[axis], axis));
                 for (which, rest) in rests.iter().enumerate() {
                     for (k, value) in rest.iter().enumerate() {
                         let square = value * value / regression.noise[axis].power;
                         own[k / length][which] += square;
-                        sums[axis][which] += square;
+                        sums[which] += square;
                     }
                 }
             }
