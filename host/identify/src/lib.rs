@@ -111,6 +111,8 @@ pub struct Identification {
     pub fitted: Vec<RecordingComparison>,
     /// Validation recordings, which were not fitted.
     pub validated: Vec<RecordingComparison>,
+    /// Statements about what was changed in the recordings.
+    pub notes: Vec<String>,
 }
 
 /// Identifies a robot from recordings and validates it on others.
@@ -171,7 +173,11 @@ pub fn identify_recordings(
         motions.iter().map(|motion| compared(&robot, prior, motion, &shape, &plain, options)).collect::<Vec<_>>()
     };
     let (fitted, validated) = (compare(&motions), compare(&other_motions));
+    let of = |recording: &Recording| {
+        recording.notes.iter().map(|note| format!("{}: {note}", recording.name)).collect::<Vec<_>>()
+    };
     Ok(Identification {
+        notes: recordings.iter().chain(others).flat_map(of).collect(),
         prior: prior.clone(),
         layout: Layout::of(prior),
         prior_theta: knowledge.theta,

@@ -3,6 +3,7 @@
 use crate::{DiagnosisError, Result};
 use softdock_campaign::Robot;
 use softdock_campaign::robot::{Channel, Quantity};
+use softdock_diagnosis::data::clock::EvenRecording;
 use softdock_diagnosis::data::table::{Gaps, Named, Wanted};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -26,6 +27,8 @@ pub struct Recording {
     pub torque: Vec<Vec<f64>>,
     /// Joint angles behind the gear \[rad\], for the joints that have such an encoder.
     pub link_angle: BTreeMap<usize, Vec<f64>>,
+    /// Statements about what was changed, such as unequal steps that were resampled.
+    pub notes: Vec<String>,
 }
 
 impl Recording {
@@ -37,15 +40,16 @@ impl Recording {
     /// Reads a recording of a robot: Parquet if the file name ends in `.parquet`, otherwise CSV.
     pub fn read(path: &Path, robot: &Robot) -> Result<Self> {
         let joints = robot.model.joints.len();
-        let columns = Columns::read(path, robot)?;
-        let time = columns.signal(Quantity::Time, 0).ok_or_else(|| missing(path, robot, "t"))?;
-        let step = equal_step(path, &time.values)?;
+        let mut columns = Columns::read(path, robot)?;
+        let time = columns.signal(Quantity::Time, 0).ok_or_else(|| missing(path, robot, "t"))?.values.clone();
+        let (step, notes) = columns.at_equal_steps(path, &time)?;
         let mut recording = Self {
             name: path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned()),
             step,
             angle: Vec::new(),
             torque: Vec::new(),
             link_angle: BTreeMap::new(),
+            notes,
         };
         for joint in 0..joints {
             let angle = columns.signal(Quantity::Angle, joint);
@@ -100,30 +104,28 @@ impl Columns {
     }
 }
 
-/// The mean step; the clock must run forwards in equal steps.
-fn equal_step(path: &Path, time: &[f64]) -> Result<f64> {
-    if time.len() < FEWEST_ROWS {
-        let what = format!("{} rows are too few for the low-pass", time.len());
-        return Err(DiagnosisError::log(
-            path,
-            None,
-            what,
-            format!("record at least {FEWEST_ROWS} rows, better several seconds"),
-        ));
-    }
-    let step = (time[time.len() - 1] - time[0]) / (time.len() - 1) as f64;
-    let unequal = time.windows(2).position(|pair| ((pair[1] - pair[0]) - step).abs() > JITTER * step.abs());
-    match unequal {
-        None if step > 0.0 => Ok(step),
-        _ => {
-            let row = unequal.unwrap_or(0);
-            let what = format!(
-                "the time steps are not equal: {:.6} s after row {}, {step:.6} s on the average",
-                time[row + 1] - time[row],
-                row + 1
-            );
-            let remedy = "resample the recording to equal steps, or cut it at the missing rows";
-            Err(DiagnosisError::log(path, None, what, remedy))
+impl Columns {
+    /// Resamples the columns to equal steps where those of the clock differ; returns the step \[s\] and what was changed.
+    fn at_equal_steps(&mut self, path: &Path, time: &[f64]) -> Result<(f64, Vec<String>)> {
+        if time.len() < FEWEST_ROWS {
+            let what = format!("{} rows are too few for the low-pass", time.len());
+            let remedy = format!("record at least {FEWEST_ROWS} rows, better several seconds");
+            return Err(DiagnosisError::log(path, None, what, remedy));
         }
+        let step = (time[time.len() - 1] - time[0]) / (time.len() - 1) as f64;
+        if time.windows(2).all(|pair| ((pair[1] - pair[0]) - step).abs() <= JITTER * step) {
+            return Ok((step, Vec::new()));
+        }
+        let signals = self.0.iter().map(|own| (own.channel.name.clone(), own.values.clone())).collect();
+        let even = EvenRecording::of(time, &signals, FEWEST_ROWS)
+            .map_err(|(what, remedy)| DiagnosisError::log(path, None, what, remedy))?;
+        let [segment] = &even.segments[..] else {
+            let what = format!("{}: a low-pass needs one stretch without gaps", even.notes.join("; "));
+            return Err(DiagnosisError::log(path, None, what, "cut the recording at its gaps, and name each part"));
+        };
+        for column in &mut self.0 {
+            column.values = segment.signals[&column.channel.name].clone();
+        }
+        Ok((even.step, even.notes))
     }
 }

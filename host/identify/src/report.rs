@@ -313,16 +313,24 @@ pub fn summary(found: &Identification, marks: &[PublishedErrors]) -> Value {
         "validated": found.validated.iter().map(compared).collect::<Vec<_>>(),
         "marks_percent": marks,
         "elasticity": found.elasticity,
+        "notes": found.notes,
     })
 }
 
 /// Returns the table of errors for the terminal.
 pub fn terminal(found: &Identification, marks: &[PublishedErrors]) -> String {
-    let mut text = format!("{:<86}", "relative torque error [%]");
-    found.robot.joints.iter().for_each(|joint| text += &format!("{:>7}", joint.name));
+    let mut text: String = found.notes.iter().map(|note| format!("{note}\n")).collect();
+    text += &format!("{:<86}", "relative torque error [%]");
+    // Columns are as wide as the longest name.
+    let widths: Vec<usize> = found.robot.joints.iter().map(|joint| joint.name.chars().count().max(5) + 2).collect();
+    for (joint, width) in found.robot.joints.iter().zip(&widths) {
+        text += &format!("{:>width$}", joint.name);
+    }
     for row in error_rows(found, marks) {
         text += &format!("\n  {:<84}", format!("{} ({})", row.name, row.recording));
-        row.percent.iter().for_each(|percent| text += &format!("{percent:>7}"));
+        for (percent, width) in row.percent.iter().zip(&widths) {
+            text += &format!("{percent:>width$}");
+        }
     }
     text
 }

@@ -43,6 +43,7 @@ fn clean(robot: &Robot, motion: &[Series], periods: usize) -> Recording {
         angle: vec![Vec::new(); 6],
         torque: vec![Vec::new(); 6],
         link_angle: BTreeMap::new(),
+        notes: Vec::new(),
     };
     for k in 0..samples * (periods + 1) {
         let states: Vec<[f64; 3]> = motion.iter().map(|series| series.at(k as f64 * STEP)).collect();

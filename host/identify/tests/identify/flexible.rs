@@ -138,6 +138,7 @@ fn record(robot: &Robot, bodies: &[Body], motion: &[Series], periods: usize, see
         angle: vec![Vec::new(); 6],
         torque: vec![Vec::new(); 6],
         link_angle: BTreeMap::new(),
+        notes: Vec::new(),
     };
     let noise = |what: &str, k: usize, i: usize| {
         let uniform = |part: u32| philox::uniform(seed, what, k as u64, 2 * i as u32 + part);

@@ -105,6 +105,25 @@ fn parquet_of_the_wrong_kind_is_refused() {
 }
 
 #[test]
+fn unequal_steps_are_resampled_and_reported() {
+    let (robot, folder) = (kr300(), tempfile::tempdir().expect("a folder"));
+    let good = text(&robot, 200, 20.0);
+    let even = Recording::read(&written(&folder, "even.csv", &good), &robot).expect("equal steps");
+    let missing = good.lines().nth(19).expect("a line").to_owned() + "\n";
+    let jittered = Recording::read(&written(&folder, "missing.csv", &good.replacen(&missing, "", 1)), &robot);
+    let jittered = jittered.expect("a missing row is interpolated");
+    assert!((jittered.step / even.step - 1.0).abs() < 1e-6 && even.notes.is_empty());
+    assert!(
+        jittered.notes.len() == 1 && jittered.notes[0].contains("resampled to equal steps"),
+        "{:?}",
+        jittered.notes
+    );
+    let far = even.angle[0].iter().zip(&jittered.angle[0]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    let range = even.angle[0].iter().fold(0.0_f64, |most, own| most.max(own.abs()));
+    assert!(even.rows() == jittered.rows() && far < 0.01 * range, "{far} of {range}");
+}
+
+#[test]
 fn damaged_recordings_report_the_fault() {
     let (robot, folder) = (kr300(), tempfile::tempdir().expect("a folder"));
     let good = text(&robot, 200, 20.0);
@@ -128,9 +147,9 @@ fn damaged_recordings_report_the_fault() {
             "complete or remove the row",
         ),
         (
-            good.replacen(&(line(20) + "\n"), "", 1),
-            ": the time steps are not equal: 0.020000 s after row 18, 0.010051 s on the average",
-            "resample",
+            (60..80).fold(good.clone(), |text, number| text.replacen(&(line(number) + "\n"), "", 1)),
+            ": cut at 1 gaps into 2 pieces: a low-pass needs one stretch without gaps",
+            "cut the recording at its gaps",
         ),
         (
             good.lines().take(20).collect::<Vec<_>>().join("\n"),
