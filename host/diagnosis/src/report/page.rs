@@ -12,7 +12,7 @@ use crate::model::isolability;
 use crate::report::template::render;
 use crate::report::text;
 use crate::report::text::{behaviour, estimated, headline, ruled_out_by, torque_error, verdict};
-use crate::verdict::answer::BlockAnswer;
+use crate::verdict::answer::{BlockAnswer, EffectFound};
 use crate::verdict::free_run::FittedEffect;
 use crate::verdict::judged::Judged;
 use nalgebra::DMatrix;
@@ -51,6 +51,8 @@ struct BlockRows {
     torque_error: String,
     free_run: String,
     nearest: Vec<EffectRow>,
+    inadequate: Vec<String>,
+    possible: Vec<EffectRow>,
     effects: Vec<EffectRow>,
     strained: Vec<(String, String)>,
     ruled_out: Vec<[String; 3]>,
@@ -69,15 +71,27 @@ struct EffectRow {
     parameters: Vec<(String, String)>,
 }
 
+impl EffectRow {
+    fn of(effect: &EffectFound) -> Self {
+        Self {
+            id: effect.id.to_owned(),
+            name: effect.name.to_owned(),
+            p: significant(effect.p, 3),
+            parameters: effect.parameters.iter().map(|(name, e)| (name.clone(), estimated(e))).collect(),
+        }
+    }
+}
+
 /// Renders the page as HTML; `command` is the command that reproduces it.
 ///
 /// # Errors
 /// A figure that cannot be drawn.
 pub fn page(title: &str, diagnosis: &Diagnosis, judged: &[Judged], command: &str) -> Result<String> {
-    let rows = |(answer, judged): (&BlockAnswer, &Judged)| block_rows(answer, judged);
-    let mut blocks: Vec<(&BlockAnswer, &Judged)> = diagnosis.blocks.iter().zip(judged).collect();
+    // Answers that need no fit of a block have no judgement.
+    let rows = |answer: &BlockAnswer| block_rows(answer, judged.iter().find(|own| own.block.name == answer.block));
+    let mut blocks: Vec<&BlockAnswer> = diagnosis.blocks.iter().collect();
     // The most severe verdict first.
-    blocks.sort_by_key(|(answer, _)| std::cmp::Reverse(answer.answer));
+    blocks.sort_by_key(|answer| std::cmp::Reverse(answer.answer));
     let page = Page {
         style: STYLE,
         version: env!("CARGO_PKG_VERSION"),
@@ -117,7 +131,7 @@ fn numbers(diagnosis: &Diagnosis, judged: &[Judged]) -> Vec<(String, String)> {
     judged.iter().zip(&diagnosis.numerical_error).map(of).collect()
 }
 
-fn block_rows(answer: &BlockAnswer, judged: &Judged) -> Result<BlockRows> {
+fn block_rows(answer: &BlockAnswer, judged: Option<&Judged>) -> Result<BlockRows> {
     let residual = |value: Option<f64>| value.map_or(String::new(), |value| significant(value, 3));
     Ok(BlockRows {
         name: answer.block.to_owned(),
@@ -126,16 +140,9 @@ fn block_rows(answer: &BlockAnswer, judged: &Judged) -> Result<BlockRows> {
         torque_error: answer.torque_error.as_ref().map_or(String::new(), torque_error),
         free_run: answer.free_run.as_ref().map_or(String::new(), text::free_run),
         nearest: nearest(answer),
-        effects: answer
-            .effects
-            .iter()
-            .map(|effect| EffectRow {
-                id: effect.id.to_owned(),
-                name: effect.name.to_owned(),
-                p: significant(effect.p, 3),
-                parameters: effect.parameters.iter().map(|(name, e)| (name.clone(), estimated(e))).collect(),
-            })
-            .collect(),
+        inadequate: answer.inadequate.clone(),
+        possible: answer.possible.iter().map(EffectRow::of).collect(),
+        effects: answer.effects.iter().map(EffectRow::of).collect(),
         strained: answer.nuisances_beyond_prior.iter().map(|(name, z)| (name.clone(), significant(*z, 2))).collect(),
         ruled_out: answer
             .ruled_out
@@ -150,7 +157,7 @@ fn block_rows(answer: &BlockAnswer, judged: &Judged) -> Result<BlockRows> {
         alike: answer.confounded.iter().map(|[a, b]| format!("{a} and {b}")).collect(),
         partner_missing: answer.partner_missing.join(", "),
         behaviour: answer.form.as_ref().map_or(String::new(), behaviour),
-        drawings: drawings(answer, judged)?,
+        drawings: judged.map_or(Ok(Vec::new()), |judged| drawings(answer, judged))?,
     })
 }
 

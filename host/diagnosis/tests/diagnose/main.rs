@@ -11,7 +11,8 @@ mod recordings;
 
 use bench::{Bench, Kind, assert_named, drive};
 use softdock_diagnosis::diagnosis::DiagnosisOptions;
-use softdock_diagnosis::verdict::answer::DiagnosisVerdict;
+use softdock_diagnosis::report::page::page;
+use softdock_diagnosis::verdict::answer::{BlockAnswer, DiagnosisVerdict};
 use softdock_engine::Choice;
 use softdock_engine::simulator::Simulator;
 use softdock_gauntlet::NoiseColour;
@@ -162,9 +163,16 @@ fn answer_is_equal_in_single_precision() {
 fn effect_in_a_robot_axis_is_named_and_extends_the_model() {
     let bench = Bench::of(Kind::Robot, NoiseColour::FirstOrder, &[("J2_viscous", 8.0)], 4);
     let options = DiagnosisOptions { without: bench.strangers(&["J2_viscous"]), ..DiagnosisOptions::default() };
-    let diagnosis = bench.diagnose_with(&options).expect("good recordings").0;
+    let (diagnosis, judged) = bench.diagnose_with(&options).expect("good recordings");
     assert_named(&diagnosis, &["J2_viscous"]);
     assert!(!diagnosis.provisional && diagnosis.blocks.len() == 3);
+    // An answer for the robot as a whole has no judgement, and moves no figure of an axis.
+    let mut beside = diagnosis.clone();
+    beside.blocks.insert(0, BlockAnswer { block: "R3 torques of all axes", ..diagnosis.blocks[0].clone() });
+    let [alone, beside] =
+        [&diagnosis, &beside].map(|diagnosis| page("robot", diagnosis, &judged, "").expect("figures"));
+    assert!(!alone.contains("<h2>R3 torques of all axes:") && beside.contains("<h2>R3 torques of all axes:"));
+    assert_eq!(alone.matches("<figure>").count(), beside.matches("<figure>").count());
     let answers: Vec<DiagnosisVerdict> = diagnosis.blocks.iter().map(|block| block.answer).collect();
     let [base, shoulder, elbow] = answers[..] else { panic!("{answers:?}") };
     assert_eq!((shoulder, diagnosis.effects[0].block), (DiagnosisVerdict::Named, "R3 torque to motion, axis 2"));
