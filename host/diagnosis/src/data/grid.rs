@@ -1,6 +1,6 @@
 //! Recording of a rig: its signals in SI units on an even grid, with findings about the conversion.
 
-use crate::data::clock::{EvenRecording, EvenSegment, FEWEST_BETWEEN_GAPS, Signals};
+use crate::data::clock::{EvenRecording, EvenSegment, FEWEST_BETWEEN_GAPS, SignalTable};
 use crate::data::outliers::isolated;
 use crate::data::stamps::with_clock;
 use crate::data::table::{Gaps, Named, ReadTable, Wanted};
@@ -110,8 +110,8 @@ pub fn read(path: &Path, rig: &Rig) -> Result<(Vec<Piece>, Vec<Finding>)> {
 }
 
 /// Returns the signals in SI units, the clock among them, with isolated outliers as missing numbers, which are noted.
-fn in_si(rig: &Rig, table: &ReadTable, findings: &mut FindingLog) -> Signals {
-    let mut signals = Signals::new();
+fn in_si(rig: &Rig, table: &ReadTable, findings: &mut FindingLog) -> SignalTable {
+    let mut signals = SignalTable::new();
     for ((name, column), recorded) in rig.log.iter().zip(&table.columns) {
         // Dates are in seconds already, whatever the unit of the column.
         let factor = if table.has_dates && name == "t" { 1.0 } else { column.factor };
@@ -135,14 +135,14 @@ fn in_si(rig: &Rig, table: &ReadTable, findings: &mut FindingLog) -> Signals {
 }
 
 /// An experiment of a file: its name and repeat, its clock and its signals.
-type Experiment = ((String, usize), Vec<f64>, Signals);
+type Experiment = ((String, usize), Vec<f64>, SignalTable);
 
 /// The experiments that a file holds, each with its name and repeat, its clock and its signals: one by the file's name, or
 /// as many as a column numbers.
 ///
 /// # Errors
 /// A number that is none.
-fn experiments(path: &Path, time: Vec<f64>, mut signals: Signals) -> Result<Vec<Experiment>> {
+fn experiments(path: &Path, time: Vec<f64>, mut signals: SignalTable) -> Result<Vec<Experiment>> {
     let Some(numbers) = signals.remove("experiment") else {
         return Ok(vec![(numbered(path), time, signals)]);
     };
