@@ -28,7 +28,7 @@ pub use body::{BODY_SIGNALS, BodyRig};
 pub use command::{COMMAND_SIGNALS, CommandRig};
 pub use contact::{CONTACT_SIGNALS, ContactRig};
 pub use drive::{ControllerRig, DRIVE_SIGNALS, DriveRig, FeedforwardModel};
-pub use robot::{AXIS_SIGNALS, RobotRig};
+pub use robot::{AXIS_SIGNALS, COUPLING_EFFECT, LOAD_EFFECT, RobotRig, TILT_EFFECT};
 pub use sensor::{SENSOR_SIGNALS, SensorRig};
 pub use toss::{TOSS_SIGNALS, TossRig};
 

@@ -451,24 +451,8 @@ fn place_of_box(c: &mut Checker, table: &At<KeepOutTable>) -> (Pose<f64>, Vec3<f
 
 /// The rail as an axis of which only the range counts: nothing here has dynamics.
 fn rail_joint(limits: &AxisLimits) -> Joint {
-    let drive = Drive {
-        gear_ratio: 1.0,
-        rotor_inertia: 0.0,
-        gear_stiffness: 1.0,
-        gear_damping: 0.0,
-        backlash: 0.0,
-        torque_offset: 0.0,
-        torque_limit: 0.0,
-        static_torque: 0.0,
-    };
-    let friction = Friction {
-        coulomb: 0.0,
-        viscous: 0.0,
-        stribeck: 0.0,
-        stribeck_speed: 1.0,
-        presliding_stiffness: 1.0,
-        load_coefficient: 0.0,
-    };
+    let drive = Drive { gear_stiffness: 1.0, torque_limit: 0.0, ..Drive::ideal() };
+    let friction = Friction::none();
     let link = Link { origin: Pose::identity(), mass: 0.0, com: Vec3::zero(), inertia: Sym3::splat(0.0) };
     let limits = JointLimits {
         lower: limits.lower,

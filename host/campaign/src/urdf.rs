@@ -83,24 +83,8 @@ impl UrdfRobot {
 
     /// The constants of the robot for rigid-body dynamics: without friction, with rigid drives without inertia.
     pub fn rigid(&self) -> Manipulator {
-        let drive = Drive {
-            gear_ratio: 1.0,
-            rotor_inertia: 0.0,
-            gear_stiffness: f64::INFINITY,
-            gear_damping: 0.0,
-            backlash: 0.0,
-            torque_offset: 0.0,
-            torque_limit: f64::INFINITY,
-            static_torque: 0.0,
-        };
-        let friction = Friction {
-            coulomb: 0.0,
-            viscous: 0.0,
-            stribeck: 0.0,
-            stribeck_speed: 1.0,
-            presliding_stiffness: 1.0,
-            load_coefficient: 0.0,
-        };
+        let drive = Drive::ideal();
+        let friction = Friction::none();
         let joints = self.joints.iter().map(|joint| {
             let (lower, upper) = joint.range.unwrap_or((-std::f64::consts::PI, std::f64::consts::PI));
             let limits = JointLimits { lower, upper, speed: f64::INFINITY, acceleration: f64::INFINITY };

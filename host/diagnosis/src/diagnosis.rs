@@ -100,13 +100,12 @@ pub struct Diagnosis {
 
 impl Prepared {
     fn new(
-        plant: Box<dyn DiagnosedPlant>,
+        mut plant: Box<dyn DiagnosedPlant>,
         recordings: Recordings,
         provisional: Vec<String>,
         findings: Vec<Finding>,
         options: &DiagnosisOptions,
     ) -> Self {
-        let mut plant = plant;
         plant.exclude(&options.without);
         Self {
             plant,

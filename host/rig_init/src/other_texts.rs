@@ -9,6 +9,9 @@ use crate::recorded_table::{LogColumn, RecordedTable};
 use crate::toml_text::TomlText;
 use softdock_campaign::FILL_IN;
 
+/// Meaning of a tolerance that is a share.
+const SHARE: &str = "how well it is known, as a share of it; 0 to 100 %";
+
 /// Signals of vectors: name, quantity, components, unit, whether the values are known ones.
 type Vectors = [(&'static str, Meaning, &'static str, &'static str, bool)];
 
@@ -139,7 +142,7 @@ pub(crate) fn contact(out: &mut TomlText, table: &RecordedTable, clock: &Clock) 
     out.optional("friction", "0.2", "friction coefficient; default none");
     out.optional("exponent", "1", "exponent of force over depth, 0.5 to 3; default 1");
     out.table("tolerance");
-    out.open("stiffness", "%", "how well it is known, as a share of it; 0 to 100 %");
+    out.open("stiffness", "%", SHARE);
     out.open("surface", "mm", "height of the surface z = 0: standard deviation; 0 or more");
     out.open("bias_force", "N", "force read without any, each axis: standard deviation; 0 or more");
     out.table("log");
@@ -158,7 +161,7 @@ pub(crate) fn body(out: &mut TomlText, table: &RecordedTable, clock: &Clock) {
     }
     out.optional("centre_x", "0 m", "centre of mass in body axes; default the origin; also centre_y, centre_z");
     out.table("tolerance");
-    out.open("mass", "%", "how well it is known, as a share of it; 0 to 100 %");
+    out.open("mass", "%", SHARE);
     out.open("inertia", "%", "how well the moments of inertia are known, each axis; 0 to 100 %");
     out.open("centre", "mm", "how well the centre of mass is known, each axis; 0 or more");
     out.table("log");
@@ -182,8 +185,8 @@ pub(crate) fn toss(out: &mut TomlText, table: &RecordedTable, clock: &Clock) {
     out.remark(
         "A parameter that is not named is known exactly. Further keys: restitution, stiffness, surface, centre.",
     );
-    out.open("friction", "%", "how well it is known, as a share of it; 0 to 100 %");
-    out.open("inertia", "%", "how well it is known, as a share of it; 0 to 100 %");
+    out.open("friction", "%", SHARE);
+    out.open("inertia", "%", SHARE);
     out.table("log");
     write_clock(out, clock);
     if let Some(column) = table.of(Meaning::Experiment).next() {

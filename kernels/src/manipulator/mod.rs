@@ -108,6 +108,20 @@ pub struct Drive {
 }
 
 impl Drive {
+    /// A drive without inertia, losses or limits, on a rigid gear of ratio 1: only the geometry of its joint counts.
+    pub const fn ideal() -> Self {
+        Self {
+            gear_ratio: 1.0,
+            rotor_inertia: 0.0,
+            gear_stiffness: f64::INFINITY,
+            gear_damping: 0.0,
+            backlash: 0.0,
+            torque_offset: 0.0,
+            torque_limit: f64::INFINITY,
+            static_torque: 0.0,
+        }
+    }
+
     /// Rotor inertia as the joint feels it \[kg m^2\].
     pub fn reflected_inertia(&self) -> f64 {
         self.gear_ratio * self.gear_ratio * self.rotor_inertia
@@ -134,6 +148,18 @@ pub struct Friction {
 }
 
 impl Friction {
+    /// A joint without friction.
+    pub const fn none() -> Self {
+        Self {
+            coulomb: 0.0,
+            viscous: 0.0,
+            stribeck: 0.0,
+            stribeck_speed: 1.0,
+            presliding_stiffness: 1.0,
+            load_coefficient: 0.0,
+        }
+    }
+
     /// Travel in which the presliding state comes 1/e closer to sliding \[rad\].
     pub fn presliding_travel(&self) -> f64 {
         (self.coulomb + self.stribeck) / self.presliding_stiffness

@@ -16,24 +16,8 @@ fn ur10e(limit: f64) -> Manipulator {
         (0.0, FRAC_PI_2, 0.11985),
         (0.0, -FRAC_PI_2, 0.11655),
     ];
-    let drive = Drive {
-        gear_ratio: 1.0,
-        rotor_inertia: 0.0,
-        gear_stiffness: 1e6,
-        gear_damping: 0.0,
-        backlash: 0.0,
-        torque_offset: 0.0,
-        torque_limit: 100.0,
-        static_torque: 0.0,
-    };
-    let friction = Friction {
-        coulomb: 0.0,
-        viscous: 0.0,
-        stribeck: 0.0,
-        stribeck_speed: 1.0,
-        presliding_stiffness: 1.0,
-        load_coefficient: 0.0,
-    };
+    let drive = Drive { gear_stiffness: 1e6, torque_limit: 100.0, ..Drive::ideal() };
+    let friction = Friction::none();
     let limits = JointLimits { lower: -limit, upper: limit, speed: 2.0, acceleration: 10.0 };
     let joints = rows.map(|(a, alpha, d)| {
         let row = DhRow { a, alpha, d, offset: 0.0, sign: 1.0 };

@@ -26,6 +26,13 @@ pub struct RobotRig {
     pub drives: Vec<DriveRig>,
 }
 
+/// Effects of a robot as a whole, which name no axis.
+pub const LOAD_EFFECT: &str = "J14_payload";
+/// The same: a tilted base.
+pub const TILT_EFFECT: &str = "J21_base_tilt";
+/// Effect that couples an axis to the one before.
+pub const COUPLING_EFFECT: &str = "J22_axis_coupling";
+
 /// Signals of one axis; in the columns of a robot the axis' number from 1 follows (`tau.3`).
 pub const AXIS_SIGNALS: [&str; 4] = ["ref", "q", "q_link", "tau"];
 
@@ -52,29 +59,20 @@ pub(super) fn robot(c: &mut Checker, file: &RigFile) -> Option<(RobotRig, BTreeM
     }
     let mut rig = RobotRig { couplings: vec![AxisCoupling::null(); drives.len()], model: robot.model.clone(), drives };
     for effect in &file.effect {
-        match effect.id.value.as_str() {
-            // What the model has already is part of it: a further load adds to the first.
-            id if WHOLE.contains(&id) && effect.joint.is_none() => {
-                rig.model = rig.model.with_errors(&with_parameters(c, false, effect, &RobotErrors::null()));
-            }
-            COUPLING => {
-                if let Some(axis) = is_known_at(c, effect, rig.drives.len()) {
-                    rig.couplings[axis] = with_parameters(c, false, effect, &rig.couplings[axis]);
-                }
-            }
-            _ => {
-                if let Some(axis) = is_known_at(c, effect, rig.drives.len()) {
-                    rig.drives[axis].values = with_parameters(c, false, effect, &rig.drives[axis].values);
-                }
-            }
+        let id = effect.id.value.as_str();
+        // What the model has already is part of it: a further load adds to the first.
+        if [LOAD_EFFECT, TILT_EFFECT].contains(&id) && effect.joint.is_none() {
+            rig.model = rig.model.with_errors(&with_parameters(c, false, effect, &RobotErrors::null()));
+            continue;
+        }
+        let Some(axis) = is_known_at(c, effect, rig.drives.len()) else { continue };
+        match id {
+            COUPLING_EFFECT => rig.couplings[axis] = with_parameters(c, false, effect, &rig.couplings[axis]),
+            _ => rig.drives[axis].values = with_parameters(c, false, effect, &rig.drives[axis].values),
         }
     }
     Some((rig, columns(&robot), source))
 }
-
-/// Effects of a robot as a whole, which name no axis; and the effect that couples an axis to the one before.
-const WHOLE: [&str; 2] = ["J14_payload", "J21_base_tilt"];
-const COUPLING: &str = "J22_axis_coupling";
 
 /// The robot's model; nothing if its file cannot be read, which is noted.
 fn model(c: &mut Checker, written: &RobotTable) -> Option<(Robot, Source)> {

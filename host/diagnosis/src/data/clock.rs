@@ -8,7 +8,7 @@ const LONGEST_GAP: f64 = 3.5;
 const JITTER: f64 = 0.02;
 /// Signals whose steps differ by this share have different rates.
 const OTHER_RATE: f64 = 0.02;
-/// Share of missing cells above which a signal has instants of its own.
+/// Share of missing cells above which a signal has separate instants.
 const SPARSE: f64 = 0.3;
 /// Fewest samples of a segment that gaps leave.
 pub const FEWEST_BETWEEN_GAPS: usize = 50;
@@ -87,7 +87,7 @@ impl SignalClock {
         Some(clock)
     }
 
-    /// Whether the signal has instants of its own: most rows belong to others.
+    /// Whether the signal has separate instants: most rows belong to others.
     fn is_sparse(&self, rows: usize) -> bool {
         self.missing as f64 > SPARSE * rows as f64
     }
@@ -124,7 +124,7 @@ impl EvenRecording {
         Ok(even)
     }
 
-    /// Whether any signal has instants of its own.
+    /// Whether any signal has separate instants.
     fn is_mixed(&self, rows: usize) -> bool {
         self.clocks.values().any(|clock| clock.is_sparse(rows))
     }
@@ -194,7 +194,7 @@ impl EvenRecording {
         }
     }
 
-    /// Instant of the grid at or after `from`: one of the roughest signal where signals have instants of their own. A
+    /// Instant of the grid at or after `from`: one of the roughest signal where signals have separate instants. A
     /// position is interpolated better than a torque that jumps.
     fn origin(&self, time: &[f64], signals: &SignalTable, from: f64) -> f64 {
         if !self.is_mixed(time.len()) {

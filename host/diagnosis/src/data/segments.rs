@@ -1,4 +1,4 @@
-//! Segments of recordings with gaps: experiments of their own, with free initial states and shared parameters.
+//! Segments of recordings with gaps: separate experiments, with free initial states and shared parameters.
 
 use crate::data::clock::FEWEST_BETWEEN_GAPS;
 use crate::data::grid::{Finding, Piece};
@@ -20,7 +20,7 @@ struct Cut {
     pieces: Vec<(usize, Piece)>,
 }
 
-/// Gives the pieces of recordings with gaps names of their own: averaged as repeats, they would contradict each other.
+/// Gives the pieces of recordings with gaps separate names: averaged as repeats, they would contradict each other.
 ///
 /// Where segments between the gaps of all repeats retain nearly everything, all repeats are cut there and remain repeats.
 /// `pieces` has the number of each piece's file.

@@ -14,7 +14,7 @@ pub(crate) struct CorrelationTime {
     /// Effective share of independent samples for a channel's variance (Bartlett).
     pub(crate) independent: f64,
     /// The same for a channel's mean.
-    independent_for_mean: f64,
+    pub(crate) independent_for_mean: f64,
 }
 
 impl CorrelationTime {

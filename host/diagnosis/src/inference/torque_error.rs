@@ -10,7 +10,7 @@ use softdock_kernels::block::drive::OBSERVER;
 use statrs::statistics::Statistics;
 
 /// Share by which a torque error may rise by chance.
-const RISE: f64 = 0.1;
+pub(crate) const RISE: f64 = 0.1;
 /// Time that is left out at both ends, where the low-pass rings \[s\].
 const ENDS: f64 = 0.1;
 

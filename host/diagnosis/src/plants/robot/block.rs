@@ -4,6 +4,7 @@ use crate::data::grid::Piece;
 use crate::data::smooth::SmoothedSignal;
 use crate::model::block::MeasuredBlock;
 use crate::plants::drive::block::{Carried, loaded_block, resampled};
+use crate::plants::robot::coupling::{Instant, coupled};
 use crate::plants::robot::links::{at, helped, links, weightless};
 use softdock_campaign::rig::{AXIS_SIGNALS, RobotRig};
 use softdock_kernels::block::drive::DriveValues;
@@ -82,6 +83,7 @@ fn carried<const N: usize>(rig: &RobotRig, piece: &Piece, drives: &[DriveValues<
     let unladen_weightless = weightless(robot);
     let laden = robot.with_load(1.0, Vec3::zero());
     let laden_weightless = weightless(&laden);
+    let is_coupled = rig.couplings.iter().any(|own| own.coupling_ratio != 0.0);
     let mut all = vec![Vec::with_capacity(piece.samples()); N];
     for k in 0..piece.samples() {
         let now = |of| at(&motions, k, of);
@@ -89,7 +91,13 @@ fn carried<const N: usize>(rig: &RobotRig, piece: &Piece, drives: &[DriveValues<
         let torques = |robot: &Manipulator| rigid_torques(robot, angle, rate, acceleration);
         let (whole, laden_whole) = (torques(robot), torques(&laden));
         let held = rigid_torques(robot, angle, [0.0; N], [0.0; N]);
-        let coupled = couplings(rig, rate, acceleration, |axis| piece.signals[&format!("tau.{}", axis + 1)][k]);
+        let coupled = match is_coupled {
+            true => {
+                let torque = std::array::from_fn(|axis| piece.signals[&format!("tau.{}", axis + 1)][k]);
+                couplings(rig, &Instant { angle, rate, acceleration, torque })
+            }
+            false => [0.0; N],
+        };
         for (axis, all) in all.iter_mut().enumerate() {
             let unit = std::array::from_fn(|other| if other == axis { 1.0 } else { 0.0 });
             let inertia = |robot: &Manipulator| rigid_torques(robot, angle, [0.0; N], unit)[axis];
@@ -111,28 +119,15 @@ fn carried<const N: usize>(rig: &RobotRig, piece: &Piece, drives: &[DriveValues<
 /// Rate over which the friction of a coupled motor changes sign \[rad/s\].
 const REVERSAL: f64 = 0.005;
 
-/// Torque on each axis from motors that turn with the axis before their own, beyond what they load their own axis with
-/// if that one rests.
-fn couplings<const N: usize>(
-    rig: &RobotRig,
-    rate: [f64; N],
-    acceleration: [f64; N],
-    torque: impl Fn(usize) -> f64,
-) -> [f64; N] {
+/// Torque on each axis from the couplings of a robot.
+fn couplings<const N: usize>(rig: &RobotRig, now: &Instant<N>) -> [f64; N] {
     let mut all = [0.0; N];
-    let sign = |rate: f64| (rate / REVERSAL).tanh();
     for (axis, own) in rig.couplings.iter().enumerate().filter(|(axis, own)| *axis > 0 && own.coupling_ratio != 0.0) {
-        let ratio = own.coupling_ratio;
-        let (before, pushed) = (ratio * rate[axis - 1], ratio * acceleration[axis - 1]);
-        let both = rate[axis] + before;
-        all[axis] += own.coupling_inertia * pushed
-            + own.coupling_viscous * before
-            + own.coupling_coulomb * (sign(both) - sign(rate[axis]));
-        all[axis - 1] += ratio
-            * (own.coupling_inertia * (acceleration[axis] + pushed)
-                + own.coupling_viscous * both
-                + own.coupling_coulomb * sign(both)
-                + own.coupling_torque * torque(axis));
+        let terms = coupled(now, axis, own.coupling_ratio, |rate| (rate / REVERSAL).tanh());
+        let sizes = [own.coupling_inertia, own.coupling_viscous, own.coupling_coulomb, own.coupling_torque];
+        for (size, term) in sizes.into_iter().zip(terms) {
+            (0..N).for_each(|place| all[place] += size * term[place]);
+        }
     }
     all
 }

@@ -2,6 +2,7 @@
 
 mod axes;
 pub mod block;
+mod coupling;
 mod links;
 mod whole;
 
@@ -15,7 +16,7 @@ use crate::verdict::answer::BlockAnswer;
 use crate::verdict::judged::Blocks;
 use crate::{DiagnosisError, Result};
 use axes::Axes;
-use softdock_campaign::rig::RobotRig;
+use softdock_campaign::rig::{LOAD_EFFECT, RobotRig};
 use std::cell::OnceCell;
 use whole::Whole;
 
@@ -37,9 +38,7 @@ impl RobotPlant {
     pub(crate) fn of(rig: RobotRig) -> Self {
         Self { rig, without: Vec::new(), whole: OnceCell::new(), axes: OnceCell::new(), passes: 1 }
     }
-}
 
-impl RobotPlant {
     /// Returns the judgement of the robot as a whole.
     fn whole(&self, recordings: &Recordings) -> &Whole {
         self.whole.get_or_init(|| Whole::of(&self.rig, recordings, &self.without))
@@ -60,7 +59,7 @@ impl DiagnosedPlant for RobotPlant {
     /// A load at the flange acts on several axes, and is judged in the torques of all.
     fn library(&self, _: &Recordings, _: usize, block: &MeasuredBlock) -> Vec<Hypothesis> {
         let mut library = drive::hypotheses::effects(block);
-        library.retain(|hypothesis| hypothesis.effect.id != "J14_payload");
+        library.retain(|hypothesis| hypothesis.effect.id != LOAD_EFFECT);
         library
     }
 

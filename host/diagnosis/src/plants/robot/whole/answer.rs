@@ -4,24 +4,23 @@ use super::regression::{Fit, Regression, Sampled};
 use super::terms::{Cause, Kind, Terms, load};
 use super::{PENALTY, THRESHOLD, Whole, places, sets};
 use crate::data::grid::Finding;
+use crate::inference::torque_error::RISE;
 use crate::plants::robot::block::{LOAD, axis, coupling};
 use crate::verdict::answer::{
     BlockAnswer, DiagnosisVerdict, EffectFound, Gain, NotVisible, ParameterEstimate, Residual, RuledOut,
 };
 use nalgebra::{DMatrix, DVector};
-use softdock_campaign::rig::RobotRig;
-use softdock_kernels::manipulator::{AxisCoupling, RobotErrors};
+use softdock_campaign::rig::{COUPLING_EFFECT, LOAD_EFFECT, RobotRig, TILT_EFFECT};
+use softdock_kernels::fields::{Bundle, Field, fields, from_slice};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Half width of a 95 % interval in standard deviations.
 const WIDTH: f64 = 1.96;
 /// Least gain on held-out motion of practical importance.
 const PRACTICAL: f64 = 0.02;
-/// Share by which the torque error of an axis may rise on held-out motion.
-const RISE: f64 = 0.1;
 /// Length of a block of the gain's interval \[s\].
 const BLOCK: f64 = 1.0;
-/// Smallest variance of a ratio's blocks.
+/// Fewest blocks of which a gain has an interval.
 const LEAST_BLOCKS: usize = 4;
 
 /// Rounds in which noise and the best set of causes determine each other.
@@ -76,7 +75,7 @@ pub(super) fn whole(rig: &RobotRig, terms: &Terms, mut regression: Regression, r
         regression.learn_noise(&places(causes, ranking.best()), recordings);
         ranking = Ranking::of(rig, terms, &regression);
     }
-    // Errors that every axis has by itself are judged axis by axis; here they widen the intervals.
+    // Separate errors of every axis are judged axis by axis; here they widen the intervals.
     let background: BTreeSet<usize> = ranking.best().iter().copied().filter(|cause| *cause == local).collect();
     let leads = |cause: &usize| *cause != local && ranking.lead(*cause) > THRESHOLD;
     let fit = |set: &BTreeSet<usize>| regression.fit(&places(causes, &(set | &background)));
@@ -97,8 +96,7 @@ pub(super) fn whole(rig: &RobotRig, terms: &Terms, mut regression: Regression, r
             None => break,
         };
     }
-    let chosen = &named | &background;
-    let after = regression.fit(&places(causes, &chosen));
+    let after = fit(&named);
     let held_out = compared(&BTreeSet::new(), &named);
     let expected = |cause: usize| regression.expected(&places(causes, &BTreeSet::from([cause])));
     let others = || (0..local).filter(|cause| !named.contains(cause));
@@ -148,7 +146,7 @@ pub(super) fn whole(rig: &RobotRig, terms: &Terms, mut regression: Regression, r
         samples: recordings.iter().flat_map(|own| &own.axes).map(DMatrix::nrows).sum(),
         effects,
     };
-    let rig = with_errors(rig, &answer);
+    let rig = with_errors(rig, &answer.effects);
     Whole { answer: Some(answer), findings: Vec::new(), rig }
 }
 
@@ -166,10 +164,10 @@ fn nothing(not_visible: &[NotVisible]) -> Finding {
 /// Catalogue id and description of a cause.
 pub(super) fn effect(kind: Kind) -> (&'static str, &'static str) {
     match kind {
-        Kind::Load => ("J14_payload", "load at the flange"),
-        Kind::Tilt => ("J21_base_tilt", "tilt of the base"),
-        Kind::Coupling(..) => ("J22_axis_coupling", "coupling of the axis to the one before"),
-        Kind::Local => ("", "errors of every axis by itself"),
+        Kind::Load => (LOAD_EFFECT, "load at the flange"),
+        Kind::Tilt => (TILT_EFFECT, "tilt of the base"),
+        Kind::Coupling(..) => (COUPLING_EFFECT, "coupling of the axis to the one before"),
+        Kind::Local => ("", "separate errors of every axis"),
     }
 }
 
@@ -282,31 +280,19 @@ fn gain(blocks: &[[f64; 2]], [before, after]: [f64; 2]) -> Gain {
 }
 
 /// The robot with the named causes.
-fn with_errors(rig: &RobotRig, answer: &BlockAnswer) -> RobotRig {
+fn with_errors(rig: &RobotRig, effects: &[EffectFound]) -> RobotRig {
     let mut rig = rig.clone();
-    let mut errors = RobotErrors::null();
-    for effect in &answer.effects {
-        let of = |name: &str| effect.parameters.get(name).map_or(0.0, |estimate| estimate.value);
-        match effect.id {
-            "J14_payload" => {
-                errors.payload = of("payload");
-                errors.payload_place_x = of("payload_place_x");
-                errors.payload_place_y = of("payload_place_y");
-                errors.payload_place_z = of("payload_place_z");
-            }
-            "J21_base_tilt" => (errors.tilt_x, errors.tilt_y) = (of("tilt_x"), of("tilt_y")),
-            _ => {
-                let own = axis(effect.block).map_or(0, |axis| axis - 1);
-                rig.couplings[own] = AxisCoupling {
-                    coupling_ratio: of("coupling_ratio"),
-                    coupling_inertia: of("coupling_inertia"),
-                    coupling_viscous: of("coupling_viscous"),
-                    coupling_coulomb: of("coupling_coulomb"),
-                    coupling_torque: of("coupling_torque"),
-                };
-            }
+    for effect in effects {
+        match axis(effect.block) {
+            Some(axis) => rig.couplings[axis - 1] = values(effect),
+            None => rig.model = rig.model.with_errors(&values(effect)),
         }
     }
-    rig.model = rig.model.with_errors(&errors);
     rig
+}
+
+/// The parameters of an effect as a bundle; those that it lacks are 0.
+fn values<B: Bundle<f64>>(effect: &EffectFound) -> B {
+    let value = |field: &Field| effect.parameters.get(&field.name).map_or(0.0, |estimate| estimate.value);
+    from_slice(&fields::<f64, B>().iter().map(value).collect::<Vec<_>>())
 }

@@ -2,7 +2,7 @@
 //!
 //! The torques that the model lacks are regressed on the calibration of every axis and on causes that load several axes:
 //! a mass at the flange, a tilted base, coupled motors of the wrist. Each set of causes has its evidence in closed form,
-//! with the noise that all terms together leave. The alternative is that every axis has errors of its own. Causes that
+//! with the noise that all terms together leave. The alternative is separate errors of every axis. Causes that
 //! win must be physically possible, and must hold on held-out motion.
 
 mod answer;
@@ -14,6 +14,7 @@ use crate::data::recordings::Recordings;
 use crate::data::smooth::{SmoothedSignal, motion};
 use crate::model::isolability::BlockView;
 use crate::plants::robot::block::LOAD;
+use crate::plants::robot::coupling::Instant;
 use crate::plants::robot::links::at;
 use crate::verdict::answer::BlockAnswer;
 use nalgebra::DMatrix;
@@ -21,7 +22,7 @@ use regression::{Regression, Sampled};
 use softdock_campaign::rig::RobotRig;
 use softdock_kernels::with_joints;
 use std::collections::BTreeSet;
-use terms::{Cause, Extent, Instant, Kind, Terms, Variants};
+use terms::{Cause, Extent, Kind, Terms, Variants};
 
 /// Cut-off of torques and motions \[Hz\], and its largest share of the Nyquist frequency.
 const CUTOFF: f64 = 10.0;

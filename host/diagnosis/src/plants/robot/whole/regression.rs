@@ -2,6 +2,7 @@
 //! form.
 
 use super::terms::{CALIBRATION, Terms};
+use crate::inference::autocorrelation::{CorrelationTime, power};
 use nalgebra::{DMatrix, DVector};
 
 /// Samples of an axis in a recording: the torque that the model lacks, then the terms per unit.
@@ -83,10 +84,12 @@ impl<'a> Regression<'a> {
         let fit = self.fit(places);
         let own = |axis: usize| {
             let training = recordings.iter().filter(|recording| !recording.held_out);
-            let series: Vec<DVector<f64>> = training.map(|recording| fit.rest(&recording.axes[axis], axis)).collect();
-            let samples: usize = series.iter().map(DVector::len).sum();
-            let power = series.iter().map(DVector::norm_squared).sum::<f64>() / samples as f64;
-            AxisNoise { power, weight: independent(&series) / power }
+            let rest = |recording: &Sampled| DMatrix::from_rows(&[fit.rest(&recording.axes[axis], axis).transpose()]);
+            let mut series: Vec<DMatrix<f64>> = training.map(rest).collect();
+            // The longest recording limits the lags.
+            series.sort_by_key(|own| std::cmp::Reverse(own.ncols()));
+            let power = power(&series, 0);
+            AxisNoise { power, weight: CorrelationTime::of(&series).independent_for_mean / power }
         };
         self.noise = (0..self.products.len()).map(own).collect();
     }
@@ -170,16 +173,4 @@ impl Fit {
         let values = own.iter().map(|k| self.values[*k]).collect();
         (values, DMatrix::from_fn(own.len(), own.len(), |i, j| self.covariance[(own[i], own[j])]))
     }
-}
-
-/// Share of independent samples: 1 over 1 plus twice the sum of the correlations until they vanish.
-fn independent(series: &[DVector<f64>]) -> f64 {
-    let power: f64 = series.iter().map(DVector::norm_squared).sum();
-    let correlation = |lag: usize| {
-        let products = series.iter().filter(|own| own.len() > lag);
-        products.map(|own| own.rows(lag, own.len() - lag).dot(&own.rows(0, own.len() - lag))).sum::<f64>() / power
-    };
-    let longest = series.iter().map(DVector::len).max().unwrap_or(0) / 10;
-    let sum: f64 = (1..=longest).map(correlation).take_while(|own| *own > 0.0).sum();
-    (1.0 + 2.0 * sum).recip()
 }

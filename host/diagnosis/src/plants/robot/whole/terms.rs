@@ -1,7 +1,9 @@
 //! Terms of the robot's torques: calibration of each axis, and causes that load several axes at once.
 
+use crate::plants::robot::coupling::{Instant, coupled};
+use crate::plants::robot::links::helped;
 use softdock_campaign::rig::RobotRig;
-use softdock_kernels::manipulator::{Manipulator, RobotErrors, counterweight_torque, rigid_torques};
+use softdock_kernels::manipulator::{Manipulator, RobotErrors, rigid_torques};
 use softdock_kernels::vector::vec3;
 use std::ops::Range;
 
@@ -13,7 +15,7 @@ const CONSTANT: f64 = 0.05;
 const FRICTION: f64 = 0.3;
 const SMALLEST: f64 = 0.02;
 const OFFSET: f64 = 0.05;
-/// The same of the alternative that every axis has errors of its own.
+/// The same of the alternative: separate errors of every axis.
 const LOCAL_CONSTANT: f64 = 0.3;
 const LOCAL_INERTIA: f64 = 0.3;
 const LOCAL_GRAVITY: f64 = 0.1;
@@ -40,7 +42,7 @@ pub(super) enum Kind {
     Tilt,
     /// Coupling of an axis, from 0, to the one before, with its ratio.
     Coupling(usize, f64),
-    /// Errors of every axis by itself: the alternative to a common cause.
+    /// Separate errors of every axis: the alternative to a common cause.
     Local,
 }
 
@@ -125,15 +127,6 @@ impl Terms {
     }
 }
 
-/// Motion of all axes at an instant \[rad, rad/s, rad/s^2\], with their measured torques \[N m\].
-#[derive(Clone, Copy)]
-pub(super) struct Instant<const N: usize> {
-    pub(super) angle: [f64; N],
-    pub(super) rate: [f64; N],
-    pub(super) acceleration: [f64; N],
-    pub(super) torque: [f64; N],
-}
-
 /// Robots that differ from the model by a unit of each common term that inverse dynamics gives.
 pub(super) struct Variants {
     /// A kilogram at the place of the load; the same moved by a metre to either side along each axis.
@@ -180,8 +173,8 @@ pub(super) fn rows<const N: usize>(
     }
     std::array::from_fn(|axis| {
         let (own, rate, acceleration) = (&rig.drives[axis].values, rate[axis], acceleration[axis]);
-        let helped = rig.model.joints[axis].counterweight.map_or(0.0, |own| counterweight_torque(&own, angle[axis]));
-        let load = model[axis] - helped + own.gravity_cos * angle[axis].cos() + own.gravity_sin * angle[axis].sin();
+        let weight = model[axis] - helped(&rig.model, axis, angle[axis]);
+        let load = weight + own.gravity_cos * angle[axis].cos() + own.gravity_sin * angle[axis].sin();
         let speed = rate.abs() / own.stribeck_speed;
         let sliding = own.coulomb + own.stribeck * (-speed).exp() + own.load_coefficient * load.abs();
         let friction = (sliding + own.coulomb_asymmetry * rate.signum()) * sign(axis, rate) + own.viscous * rate;
@@ -197,25 +190,6 @@ pub(super) fn rows<const N: usize>(
         }
         row
     })
-}
-
-/// Torques of a coupling per unit of its terms: inertia, viscous and Coulomb friction of the motor, reported torque.
-fn coupled<const N: usize>(now: &Instant<N>, axis: usize, ratio: f64, sign: impl Fn(f64) -> f64) -> [[f64; N]; 4] {
-    let at = |own: f64, before: f64| -> [f64; N] {
-        std::array::from_fn(|place| match place {
-            _ if place == axis => own,
-            _ if place + 1 == axis => before,
-            _ => 0.0,
-        })
-    };
-    let (rate, before) = (now.rate[axis], ratio * now.rate[axis - 1]);
-    let (turned, turned_before) = (now.acceleration[axis], ratio * now.acceleration[axis - 1]);
-    [
-        at(turned_before, ratio * (turned + turned_before)),
-        at(before, ratio * (rate + before)),
-        at(sign(rate + before) - sign(rate), ratio * sign(rate + before)),
-        at(0.0, ratio * now.torque[axis]),
-    ]
 }
 
 /// Mass of a load and its place in flange axes, from its mass and its first moments about `about`.

@@ -1,4 +1,4 @@
-//! Hidden errors of a robot as a whole, in torques of its own inverse dynamics.
+//! Hidden errors of a robot as a whole, in torques from inverse dynamics.
 
 use super::*;
 use crate::verdict::answer::DiagnosisVerdict;
