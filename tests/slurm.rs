@@ -104,19 +104,26 @@ fn an_array_job_survives_a_dead_node_and_gives_the_files_of_one_process() {
     let printed = cluster.command(bench.command("submit c/smoke.toml --slurm --backend cpu --out shared"));
     assert!(printed.contains("16 tasks make the runs"), "{printed}");
     let begin = Instant::now();
-    while shards(&bench, "shared").len() < 3 {
-        assert!(begin.elapsed() < Duration::from_secs(120), "{}", cluster.logs());
-        std::thread::sleep(Duration::from_millis(20));
-    }
+    let wait = |is_there: &dyn Fn() -> bool| {
+        while !is_there() {
+            assert!(begin.elapsed() < Duration::from_secs(120), "{}", cluster.logs());
+            std::thread::sleep(Duration::from_millis(20));
+        }
+    };
+    let running = || {
+        let jobs = cluster.slurm("squeue", &["--noheader", "--nodelist=node2", "--states=running", "--format=%A"]);
+        jobs.split_whitespace().map(str::to_owned).collect::<Vec<_>>()
+    };
+    wait(&|| !running().is_empty());
+    let first = running();
+    wait(&|| shards(&bench, "shared").len() >= 3);
+    // A task that has just begun: one of the first could end before the kill.
+    wait(&|| running().iter().any(|job| !first.contains(job)));
+    cluster.script(&["kill", "2"]);
     let mut status = bench.command("status shared");
     let status = status.env("SLURM_CONF", bench.path("cluster/slurm.conf")).output().expect("it starts");
     let status = text(&status.stderr);
     assert!(status.contains("slurm jobs ") && status.contains("(16 tasks)") && status.contains(" pending"), "{status}");
-    let is_busy = || cluster.slurm("squeue", &["--noheader", "--nodelist=node2", "--states=running"]).contains("node2");
-    while !is_busy() {
-        assert!(begin.elapsed() < Duration::from_secs(120), "{}", cluster.logs());
-    }
-    cluster.script(&["kill", "2"]);
     let begin = Instant::now();
     while !cluster.slurm("sinfo", &["--noheader", "--Node", "--states=down", "--format=%N"]).contains("node2") {
         assert!(begin.elapsed() < Duration::from_secs(90), "{}", cluster.logs());
