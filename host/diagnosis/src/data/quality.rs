@@ -1,7 +1,7 @@
 //! Data quality of recordings: rate, jitter, gaps and missing numbers of each signal, quantisation, saturation, constant
 //! signals.
 
-use crate::data::clock::{EvenRecording, Signals};
+use crate::data::clock::{EvenRecording, RecordedSignals};
 use serde::Serialize;
 use softdock_analysis::number::significant;
 use std::collections::BTreeMap;
@@ -15,6 +15,8 @@ const STAY: usize = 4;
 const STAYS: f64 = 0.005;
 /// Quantisation steps by which a signal enters a saturated stay at least: a smooth peak is entered by one.
 const ENTRY: f64 = 3.0;
+/// Jitter that the text states, as a share of a step.
+const LEAST_JITTER: f64 = 1e-3;
 /// Names of recordings and signals that a line of the text lists.
 const LISTED: usize = 2;
 
@@ -65,7 +67,7 @@ pub struct Saturation {
 
 impl RecordingQuality {
     /// Determines the quality of a recording from its signals as recorded and its clocks.
-    pub(crate) fn of(recording: &str, rows: usize, signals: &Signals, even: &EvenRecording) -> Self {
+    pub(crate) fn of(recording: &str, rows: usize, signals: &RecordedSignals, even: &EvenRecording) -> Self {
         let of = |(name, values): (&String, &Vec<f64>)| {
             let clock = &even.clocks[name];
             let numbers: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
@@ -92,8 +94,12 @@ impl RecordingQuality {
     /// The quality in words, without the recording's name.
     fn words(&self) -> String {
         let jitter = self.signals.values().map(|own| own.jitter_s * own.rate_hz).fold(0.0, f64::max);
-        let mut words =
-            vec![format!("{} Hz, jitter {} %", significant(self.rate_hz, 4), significant(100.0 * jitter, 2))];
+        let jitter = if jitter < LEAST_JITTER {
+            "no jitter".to_owned()
+        } else {
+            format!("jitter {} % of a step", significant(100.0 * jitter, 2))
+        };
+        let mut words = vec![format!("{} Hz, {jitter}", significant(self.rate_hz, 4))];
         words.push(match self.segments {
             1 => "no gaps".to_owned(),
             many => format!("{many} segments between gaps"),
@@ -116,7 +122,7 @@ impl RecordingQuality {
 }
 
 /// Returns the report on recordings, a line for all with the same quality; SI units.
-pub(crate) fn text(all: &[RecordingQuality]) -> Vec<String> {
+pub fn lines(all: &[RecordingQuality]) -> Vec<String> {
     let mut lines: Vec<(String, Vec<&str>)> = Vec::new();
     for own in all {
         let words = own.words();

@@ -100,7 +100,7 @@ pub fn page(title: &str, diagnosis: &Diagnosis, judged: &[Judged], command: &str
         title: title.to_owned(),
         headline: headline(diagnosis),
         reasons: &diagnosis.reasons,
-        data_quality: quality::text(&diagnosis.data_quality),
+        data_quality: quality::lines(&diagnosis.data_quality),
         findings: diagnosis.findings.iter().map(|f| (f.recording.clone(), f.what.clone())).collect(),
         isolability: isolability::text(&diagnosis.isolability),
         experiment: diagnosis.experiment.clone(),

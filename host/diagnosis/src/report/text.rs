@@ -1,6 +1,5 @@
 //! Text of a diagnosis for the terminal.
 
-use crate::data::quality;
 use crate::diagnosis::Diagnosis;
 use crate::inference::torque_error::TorqueError;
 use crate::propose::experiment::ProposedExperiment;
@@ -78,11 +77,7 @@ fn blocks(diagnosis: &Diagnosis, verdict: DiagnosisVerdict) -> Vec<&'static str>
 
 /// Returns the complete answer for the terminal.
 pub fn text(diagnosis: &Diagnosis) -> String {
-    let mut out = String::new();
-    for line in quality::text(&diagnosis.data_quality) {
-        out += &format!("Data quality of {line}\n");
-    }
-    out += &headline(diagnosis);
+    let mut out = headline(diagnosis);
     for reason in &diagnosis.reasons {
         out += &format!("\n  provisional: {reason}");
     }
