@@ -219,7 +219,7 @@ fn until_there(path: &PathBuf, bytes: u64) {
     }
 }
 
-/// Returns the replay of a log whose session was killed; `None` if the session ended first.
+/// Returns the replay of a log whose session was killed; `None` if it ended first, or had no cycle yet.
 fn replay_of_a_killed_drive() -> Option<String> {
     let folder = tempfile::tempdir().expect("a folder");
     let out = folder.path().join("drive");
@@ -230,8 +230,14 @@ fn replay_of_a_killed_drive() -> Option<String> {
     until_there(&out.join("log.mcap"), 300_000);
     child.kill().expect("killed");
     let killed = child.wait().expect("ended").code().is_none();
-    let printed = expect(0, &format!("replay --log {}", out.join("log.mcap").display()));
-    assert!(printed.contains("equal, bit for bit"), "{printed}");
+    let replay =
+        command(&format!("replay --log {}", out.join("log.mcap").display())).output().expect("softdock starts");
+    let printed = format!("{}{}", String::from_utf8_lossy(&replay.stdout), String::from_utf8_lossy(&replay.stderr));
+    // On a slow machine the models alone may be in the file by then.
+    if printed.contains("the log holds no cycle") {
+        return None;
+    }
+    assert!(replay.status.success() && printed.contains("equal, bit for bit"), "{printed}");
     (killed && printed.contains("ends early")).then_some(printed)
 }
 

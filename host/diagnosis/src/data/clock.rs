@@ -6,15 +6,15 @@ use std::collections::BTreeMap;
 const LONGEST_GAP: f64 = 3.5;
 /// Steps that differ from the usual one by this share of it are uneven.
 const JITTER: f64 = 0.02;
-/// RecordedSignals whose steps differ by this share have different rates.
+/// Signals whose steps differ by this share have different rates.
 const OTHER_RATE: f64 = 0.02;
 /// Share of missing cells above which a signal has instants of its own.
 const SPARSE: f64 = 0.3;
 /// Fewest samples of a segment that gaps leave.
 pub const FEWEST_BETWEEN_GAPS: usize = 50;
 
-/// RecordedSignals by name.
-pub type RecordedSignals = BTreeMap<String, Vec<f64>>;
+/// Signals by name.
+pub type SignalTable = BTreeMap<String, Vec<f64>>;
 
 /// Clock of one signal: the rows in which it has a number.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -38,8 +38,8 @@ pub struct SignalClock {
 pub struct EvenSegment {
     /// Clock at the first sample \[s\].
     pub start: f64,
-    /// RecordedSignals by name.
-    pub signals: RecordedSignals,
+    /// Signals by name.
+    pub signals: SignalTable,
 }
 
 /// Recording at equal steps.
@@ -99,7 +99,7 @@ impl EvenRecording {
     ///
     /// # Errors
     /// Fewer than `fewest` rows, a time that does not increase, a signal with fewer than `fewest` numbers.
-    pub fn of(time: &[f64], signals: &RecordedSignals, fewest: usize) -> Result<Self, ClockProblem> {
+    pub fn of(time: &[f64], signals: &SignalTable, fewest: usize) -> Result<Self, ClockProblem> {
         if time.len() < fewest {
             let what = format!("{} rows are too few to separate effects from noise", time.len());
             return Err((what, format!("record at least {fewest} rows, better several seconds")));
@@ -166,7 +166,7 @@ impl EvenRecording {
     }
 
     /// Cuts the recording into segments in which every signal goes on.
-    fn cut(&mut self, time: &[f64], signals: &RecordedSignals, fewest: usize) {
+    fn cut(&mut self, time: &[f64], signals: &SignalTable, fewest: usize) {
         let slack = if self.is_mixed(time.len()) { 0.01 } else { 0.5 };
         let Some(intervals) = self.common(time) else { return };
         let gaps = intervals.len() - 1;
@@ -196,7 +196,7 @@ impl EvenRecording {
 
     /// Instant of the grid at or after `from`: one of the roughest signal where signals have instants of their own. A
     /// position is interpolated better than a torque that jumps.
-    fn origin(&self, time: &[f64], signals: &RecordedSignals, from: f64) -> f64 {
+    fn origin(&self, time: &[f64], signals: &SignalTable, from: f64) -> f64 {
         if !self.is_mixed(time.len()) {
             return from;
         }
@@ -280,7 +280,7 @@ mod tests {
     #[test]
     fn gaps_leave_segments_on_one_grid_without_loss() {
         let time: Vec<f64> = (0..1000).filter(|i| i % 100 < 94).map(|i| f64::from(i) * 0.01).collect();
-        let signals = RecordedSignals::from([("q".to_owned(), sine(&time))]);
+        let signals = SignalTable::from([("q".to_owned(), sine(&time))]);
         let even = EvenRecording::of(&time, &signals, 200).expect("even");
         let counts: Vec<usize> = even.segments.iter().map(|segment| segment.signals["q"].len()).collect();
         assert_eq!(counts, [94; 10]);
@@ -295,7 +295,7 @@ mod tests {
             let value = |(row, value): (usize, f64)| if row % every == rest { value } else { f64::NAN };
             sine(&time).into_iter().enumerate().map(value).collect::<Vec<f64>>()
         };
-        let signals = RecordedSignals::from([("force".to_owned(), only(0, 2)), ("pose".to_owned(), only(1, 4))]);
+        let signals = SignalTable::from([("force".to_owned(), only(0, 2)), ("pose".to_owned(), only(1, 4))]);
         let even = EvenRecording::of(&time, &signals, 200).expect("even");
         assert!((even.step - 0.008).abs() < 1e-9 && even.segments.len() == 1, "{} {:?}", even.step, even.notes);
         assert!(["force", "pose"].iter().all(|name| off(&even.segments[0], name, even.step) < 1e-4));
@@ -306,8 +306,7 @@ mod tests {
     fn jitter_and_single_missing_rows_do_not_change_the_step() {
         let stamp = |i: u32| f64::from(i) * 0.01 + 0.002 * (f64::from(i) * 12.9898).sin();
         let time: Vec<f64> = (0..1000).filter(|i| i % 90 != 7).map(stamp).collect();
-        let even =
-            EvenRecording::of(&time, &RecordedSignals::from([("q".to_owned(), sine(&time))]), 200).expect("even");
+        let even = EvenRecording::of(&time, &SignalTable::from([("q".to_owned(), sine(&time))]), 200).expect("even");
         assert!((even.step - 0.01).abs() < 1e-5 && even.segments.len() == 1, "{}", even.step);
         assert!(off(&even.segments[0], "q", even.step) < 1e-3);
     }

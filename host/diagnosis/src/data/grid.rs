@@ -1,6 +1,6 @@
 //! Recording of a rig: its signals in SI units on an even grid, with findings about the conversion.
 
-use crate::data::clock::{EvenRecording, EvenSegment, FEWEST_BETWEEN_GAPS, RecordedSignals};
+use crate::data::clock::{EvenRecording, EvenSegment, FEWEST_BETWEEN_GAPS, SignalTable};
 use crate::data::outliers::isolated;
 use crate::data::quality::RecordingQuality;
 use crate::data::stamps::with_clock;
@@ -31,7 +31,7 @@ pub struct Piece {
     pub offset: f64,
     /// Sampling period \[s\].
     pub step: f64,
-    /// RecordedSignals by name.
+    /// Signals by name.
     pub signals: BTreeMap<String, Vec<f64>>,
 }
 
@@ -128,8 +128,8 @@ pub(crate) fn read_with_quality(path: &Path, rig: &Rig) -> Result<ReadRecording>
 }
 
 /// Returns the signals in SI units, the clock among them, with isolated outliers as missing numbers, which are noted.
-fn in_si(rig: &Rig, table: &ReadTable, findings: &mut FindingLog) -> RecordedSignals {
-    let mut signals = RecordedSignals::new();
+fn in_si(rig: &Rig, table: &ReadTable, findings: &mut FindingLog) -> SignalTable {
+    let mut signals = SignalTable::new();
     for ((name, column), recorded) in rig.log.iter().zip(&table.columns) {
         // Dates are in seconds already, whatever the unit of the column.
         let factor = if table.has_dates && name == "t" { 1.0 } else { column.factor };
@@ -153,14 +153,14 @@ fn in_si(rig: &Rig, table: &ReadTable, findings: &mut FindingLog) -> RecordedSig
 }
 
 /// An experiment of a file: its name and repeat, its clock and its signals.
-type Experiment = ((String, usize), Vec<f64>, RecordedSignals);
+type Experiment = ((String, usize), Vec<f64>, SignalTable);
 
 /// The experiments that a file holds, each with its name and repeat, its clock and its signals: one by the file's name, or
 /// as many as a column numbers.
 ///
 /// # Errors
 /// A number that is none.
-fn experiments(path: &Path, time: Vec<f64>, mut signals: RecordedSignals) -> Result<Vec<Experiment>> {
+fn experiments(path: &Path, time: Vec<f64>, mut signals: SignalTable) -> Result<Vec<Experiment>> {
     let Some(numbers) = signals.remove("experiment") else {
         return Ok(vec![(numbered(path), time, signals)]);
     };

@@ -1,7 +1,7 @@
 //! Data quality of recordings: rate, jitter, gaps and missing numbers of each signal, quantisation, saturation, constant
 //! signals.
 
-use crate::data::clock::{EvenRecording, RecordedSignals};
+use crate::data::clock::{EvenRecording, SignalTable};
 use serde::Serialize;
 use softdock_analysis::number::significant;
 use std::collections::BTreeMap;
@@ -67,7 +67,7 @@ pub struct Saturation {
 
 impl RecordingQuality {
     /// Determines the quality of a recording from its signals as recorded and its clocks.
-    pub(crate) fn of(recording: &str, rows: usize, signals: &RecordedSignals, even: &EvenRecording) -> Self {
+    pub(crate) fn of(recording: &str, rows: usize, signals: &SignalTable, even: &EvenRecording) -> Self {
         let of = |(name, values): (&String, &Vec<f64>)| {
             let clock = &even.clocks[name];
             let numbers: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();

@@ -1,13 +1,13 @@
 //! Time stamps that are missing or repeated.
 
-use crate::data::clock::RecordedSignals;
+use crate::data::clock::SignalTable;
 
 /// Largest share of rows with a repeated time stamp, or none, that are omitted.
 const MOST_STAMPS: f64 = 0.02;
 
 /// Merges rows with one time stamp that complement each other, as tables with several rates have them, and omits rows
 /// whose stamp is missing or repeats that of the row before, if they are few. Returns statements about the rows.
-pub(crate) fn with_clock(time: Vec<f64>, signals: RecordedSignals) -> (Vec<f64>, RecordedSignals, Vec<String>) {
+pub(crate) fn with_clock(time: Vec<f64>, signals: SignalTable) -> (Vec<f64>, SignalTable, Vec<String>) {
     let (mut rows, mut merged, mut repeated, mut absent) = (Vec::<usize>::new(), 0, 0, 0);
     let mut own = signals.clone();
     for (row, stamp) in time.iter().enumerate() {
@@ -46,9 +46,8 @@ mod tests {
     #[test]
     fn complementary_rows_are_merged_and_repeated_ones_omitted() {
         let time: Vec<f64> = [0.0, 1.0, 1.0, 2.0, 2.0].into_iter().chain((3..100).map(f64::from)).collect();
-        let mut signals = RecordedSignals::from([("a".to_owned(), time.clone()), ("b".to_owned(), time.clone())]);
-        let set =
-            |signals: &mut RecordedSignals, name: &str, row: usize| signals.get_mut(name).expect("it")[row] = NONE;
+        let mut signals = SignalTable::from([("a".to_owned(), time.clone()), ("b".to_owned(), time.clone())]);
+        let set = |signals: &mut SignalTable, name: &str, row: usize| signals.get_mut(name).expect("it")[row] = NONE;
         set(&mut signals, "a", 1);
         set(&mut signals, "b", 2);
         let (stamps, own, notes) = with_clock(time, signals);
@@ -59,7 +58,7 @@ mod tests {
     #[test]
     fn many_repeated_stamps_are_kept_for_the_message() {
         let time = vec![0.0, 1.0, 1.0, 1.0, 2.0];
-        let signals = RecordedSignals::from([("a".to_owned(), time.clone())]);
+        let signals = SignalTable::from([("a".to_owned(), time.clone())]);
         assert_eq!(with_clock(time.clone(), signals.clone()), (time, signals, Vec::new()));
     }
 }
