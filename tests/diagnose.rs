@@ -45,6 +45,7 @@ fn page_figures_and_terminal_agree_and_the_extended_model_is_valid() {
     let (printed, beside) = (text(&output.stdout), text(&output.stderr));
     assert_eq!(output.status.code(), Some(0), "{beside}");
     assert!(beside.contains("R3 torque to motion: tau -> q") && beside.contains("J14_payload"), "{beside}");
+    assert!(beside.starts_with("Data quality of") && beside.contains("250 Hz, no jitter; no gaps"), "{beside}");
     assert!(printed.starts_with("The model lacks mass of the payload (J14_payload)."), "{printed}");
     let figures: serde_json::Value =
         serde_json::from_str(&fs::read_to_string(folder.path().join("first/diagnosis.json")).expect("figures"))
@@ -52,12 +53,13 @@ fn page_figures_and_terminal_agree_and_the_extended_model_is_valid() {
     assert_eq!((&figures["answer"], &figures["provisional"]), (&"named".into(), &false.into()));
     let payload = figures["effects"][0]["parameters"]["payload"]["value"].as_f64().expect("a number");
     assert!((payload - 1.5).abs() < 0.15, "{payload}");
-    for key in ["ruled_out", "gain", "residual", "not_visible", "experiment"] {
+    for key in ["ruled_out", "gain", "residual", "not_visible", "experiment", "data_quality"] {
         assert!(figures.get(key).is_some(), "{key}");
     }
     let page = fs::read_to_string(folder.path().join("first/diagnosis.html")).expect("a page");
     let shown = softdock_analysis::number::significant(payload, 4);
     assert!(printed.contains(&shown) && page.contains(&shown) && page.contains("<svg"), "{shown}");
+    assert!(page.contains("<h2>Data quality</h2>"), "the page states the quality");
     assert!(!page.contains("http"), "the page opens offline");
 
     let output = run(words("first/extended.toml", "second"));

@@ -6,6 +6,7 @@ use crate::values::{named, positive};
 use clap::{Args, Subcommand};
 use softdock_campaign::Robot;
 use softdock_diagnosis::data::hold_out::Every;
+use softdock_diagnosis::data::quality;
 use softdock_diagnosis::diagnosis::{Diagnosis, DiagnosisOptions};
 use softdock_diagnosis::model::isolability;
 use softdock_diagnosis::propose::experiment::ProposedExperiment;
@@ -203,6 +204,9 @@ pub(crate) fn diagnose(args: &DiagnoseArgs) -> Outcome {
     let model = DiagnosedModel::load(file)?;
     let prepared = model.prepare(&paths(&args.logs), &paths(&args.holdout), &options)?;
     // Printed before the long computation: the causes that these channels can isolate.
+    for line in quality::lines(&prepared.data_quality) {
+        warn(format!("Data quality of {line}"));
+    }
     warn(isolability::text(&prepared.isolability));
     let (mut diagnosis, judged) = prepared.diagnose()?;
     if model.campaign().is_some() && diagnosis.answer == DiagnosisVerdict::Ambiguous {

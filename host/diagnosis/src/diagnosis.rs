@@ -2,6 +2,7 @@
 
 use crate::data::grid::Finding;
 use crate::data::hold_out::Every;
+use crate::data::quality::RecordingQuality;
 use crate::data::recordings::Recordings;
 use crate::inference::judge::{explains_better, judge, numerical_error};
 use crate::inference::unmodelled::is_simpler;
@@ -61,6 +62,8 @@ pub struct Prepared {
     pub provisional: Vec<String>,
     /// Findings in the recordings.
     pub findings: Vec<Finding>,
+    /// Quality of the recordings, signal by signal.
+    pub data_quality: Vec<RecordingQuality>,
     /// Isolability of blocks and effects by the recorded channels.
     pub isolability: Vec<BlockView>,
 }
@@ -94,6 +97,8 @@ pub struct Diagnosis {
     pub isolability: Vec<BlockView>,
     /// Findings in the recordings.
     pub findings: Vec<Finding>,
+    /// Quality of the recordings, signal by signal.
+    pub data_quality: Vec<RecordingQuality>,
     /// Discretisation error of each block: mean square change of the whitened residuals with half the step.
     pub numerical_error: Vec<f64>,
 }
@@ -115,6 +120,7 @@ impl Prepared {
             simulator: options.simulator.clone(),
             provisional,
             findings,
+            data_quality: Vec::new(),
             isolability: Vec::new(),
         }
     }

@@ -2,6 +2,7 @@
 
 use crate::data::clock::{EvenRecording, EvenSegment, FEWEST_BETWEEN_GAPS, SignalTable};
 use crate::data::outliers::isolated;
+use crate::data::quality::RecordingQuality;
 use crate::data::stamps::with_clock;
 use crate::data::table::{Gaps, Named, ReadTable, Wanted};
 use crate::{DiagnosisError, Result};
@@ -68,12 +69,28 @@ pub struct Finding {
     pub what: String,
 }
 
+/// Recording that was read.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct ReadRecording {
+    /// Its pieces without gaps.
+    pub(crate) pieces: Vec<Piece>,
+    /// Findings about the conversion.
+    pub(crate) findings: Vec<Finding>,
+    /// Quality of its signals as recorded, of each experiment in it.
+    pub(crate) quality: Vec<RecordingQuality>,
+}
+
 /// Reads a recording: `NAME_REPEAT.csv` is a repeat of the experiment `NAME`; where a column numbers the experiments, one
 /// file holds several.
 ///
 /// # Errors
 /// A file that cannot be read, a column that is missing, a clock that does not run, too few samples.
 pub fn read(path: &Path, rig: &Rig) -> Result<(Vec<Piece>, Vec<Finding>)> {
+    read_with_quality(path, rig).map(|read| (read.pieces, read.findings))
+}
+
+/// Reads a recording as [`read`] does, with its quality.
+pub(crate) fn read_with_quality(path: &Path, rig: &Rig) -> Result<ReadRecording> {
     if !rig.log.contains_key("t") {
         let remedy = "add it: \"t\" = { column = \"...\", unit = \"s\" }";
         return Err(DiagnosisError::log(path, None, format!("[log] of {} names no column for `t`", rig.file), remedy));
@@ -88,12 +105,13 @@ pub fn read(path: &Path, rig: &Rig) -> Result<(Vec<Piece>, Vec<Finding>)> {
     let time = signals.remove("t").expect("asked for above");
     let fewest = if matches!(rig.plant, RigModel::Toss(_)) { FEWEST_OF_A_TOSS } else { FEWEST };
     let rows = time.len();
-    let mut pieces = Vec::new();
+    let (mut pieces, mut quality) = (Vec::new(), Vec::new());
     for (name, time, signals) in experiments(path, time, signals)? {
         let (time, signals, notes) = with_clock(time, signals);
         notes.into_iter().for_each(|note| findings.note(note));
         let even = EvenRecording::of(&time, &signals, fewest)
             .map_err(|(what, remedy)| DiagnosisError::log(path, None, what, remedy))?;
+        quality.push(RecordingQuality::of(&findings.recording, time.len(), &signals, &even));
         even.notes.into_iter().for_each(|note| findings.note(note));
         let ((experiment, repeat), step) = (name, even.step);
         let piece = |segment: EvenSegment| {
@@ -106,7 +124,7 @@ pub fn read(path: &Path, rig: &Rig) -> Result<(Vec<Piece>, Vec<Finding>)> {
         let what = format!("{rows} rows contain no {fewest} consecutive samples without a gap");
         return Err(DiagnosisError::log(path, None, what, "record longer, or without interruptions"));
     }
-    Ok((pieces, findings.findings))
+    Ok(ReadRecording { pieces, findings: findings.findings, quality })
 }
 
 /// Returns the signals in SI units, the clock among them, with isolated outliers as missing numbers, which are noted.

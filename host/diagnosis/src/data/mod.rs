@@ -7,6 +7,8 @@ pub(crate) mod drive_log;
 pub mod grid;
 pub mod hold_out;
 pub(crate) mod outliers;
+pub(crate) mod plausibility;
+pub mod quality;
 pub(crate) mod recordings;
 pub(crate) mod repeats;
 pub(crate) mod segments;

@@ -1,14 +1,17 @@
 //! Preparation of a rig's recordings: training data, held-out data, reasons for a provisional answer.
 
 use super::{DiagnosisOptions, Prepared};
-use crate::data::grid::{Finding, Piece, read};
+use crate::data::grid::{Finding, Piece, read_with_quality};
 use crate::data::hold_out::{last_third, split};
+use crate::data::plausibility::check;
+use crate::data::quality::RecordingQuality;
 use crate::data::recordings::Recordings;
 use crate::data::repeats::separate_motions;
 use crate::data::segments::separate_segments;
 use crate::plants::{self, DiagnosedPlant};
 use crate::{DiagnosisError, Result};
 use softdock_campaign::Rig;
+use softdock_campaign::rig::RigModel;
 use std::collections::BTreeSet;
 use std::path::Path;
 
@@ -20,21 +23,27 @@ const HELD_OUT: &str = ", held out";
 /// # Errors
 /// Recordings that cannot be used, an id that is in no library.
 pub fn prepare(rig: Rig, logs: &[&Path], holdout: &[&Path], options: &DiagnosisOptions) -> Result<Prepared> {
-    let mut findings = Vec::new();
-    let (mut learn, mut test) = (pieces(&rig, logs, &mut findings)?, pieces(&rig, holdout, &mut findings)?);
+    let (mut findings, mut quality) = (Vec::new(), Vec::new());
+    let mut pieces = |paths| pieces(&rig, paths, &mut findings, &mut quality);
+    let (mut learn, mut test) = (pieces(logs)?, pieces(holdout)?);
     findings.extend([&mut learn, &mut test].into_iter().flat_map(|pieces| separate_motions(pieces)));
     from_session_start(&mut learn, &mut test);
+    let inertia = match &rig.plant {
+        RigModel::Drive(drive) => Some(drive.values.motor_inertia + drive.link_inertia),
+        _ => None,
+    };
     let plant = plants::of_rig(rig.plant);
     if plant.needs_motion() {
         learn.iter().chain(&test).try_for_each(moves)?;
     }
+    findings.extend(check(&learn, inertia)?);
     let asked = options.hold_out_from.is_some() || !test.is_empty();
     if let Some(every) = options.hold_out_experiments.or_else(|| plant.default_hold_out().filter(|_| !asked)) {
         (test, learn) = every.split(learn)?;
     }
     if plant.without_blocks(&learn).is_some() {
         learn.extend(test);
-        return Ok(timed(plant, learn, findings, options));
+        return Ok(Prepared { data_quality: quality, ..timed(plant, learn, findings, options) });
     }
     let mut provisional = Vec::new();
     if let Some(from) = options.hold_out_from.or_else(|| test.is_empty().then(|| last_third(&learn))) {
@@ -54,16 +63,23 @@ pub fn prepare(rig: Rig, logs: &[&Path], holdout: &[&Path], options: &DiagnosisO
     }
     let held_out = test.iter().map(|piece| piece.experiment.clone()).collect();
     let pieces = learn.into_iter().chain(test).collect();
-    Prepared::new(plant, Recordings { pieces, held_out }, provisional, findings, options).seen()
+    let prepared = Prepared::new(plant, Recordings { pieces, held_out }, provisional, findings, options);
+    Prepared { data_quality: quality, ..prepared }.seen()
 }
 
 /// What files have of a rig's signals, and what was found in them.
-fn pieces(rig: &Rig, paths: &[&Path], findings: &mut Vec<Finding>) -> Result<Vec<Piece>> {
+fn pieces(
+    rig: &Rig,
+    paths: &[&Path],
+    findings: &mut Vec<Finding>,
+    quality: &mut Vec<RecordingQuality>,
+) -> Result<Vec<Piece>> {
     let mut all = Vec::new();
     for (file, path) in paths.iter().enumerate() {
-        let (pieces, found) = read(path, rig)?;
-        findings.extend(found);
-        all.extend(pieces.into_iter().map(|piece| (file, piece)));
+        let read = read_with_quality(path, rig)?;
+        findings.extend(read.findings);
+        quality.extend(read.quality);
+        all.extend(read.pieces.into_iter().map(|piece| (file, piece)));
     }
     let (all, found) = separate_segments(all);
     findings.extend(found);

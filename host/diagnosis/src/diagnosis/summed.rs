@@ -26,6 +26,7 @@ pub(super) fn summed(prepared: Prepared, blocks: Vec<BlockAnswer>, numerical_err
         reasons: prepared.provisional,
         isolability: prepared.isolability,
         findings: prepared.findings,
+        data_quality: prepared.data_quality,
         blocks,
         numerical_error,
     }

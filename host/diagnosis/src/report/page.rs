@@ -1,6 +1,7 @@
 //! HTML page of a diagnosis: one self-contained file that starts with the answer.
 
 use crate::Result;
+use crate::data::quality;
 use crate::data::smooth::band_powers;
 use crate::diagnosis::Diagnosis;
 use crate::inference::fit::Fitted;
@@ -34,6 +35,7 @@ struct Page<'a> {
     title: String,
     headline: String,
     reasons: &'a [String],
+    data_quality: Vec<String>,
     findings: Vec<(String, String)>,
     isolability: String,
     experiment: Option<String>,
@@ -98,6 +100,7 @@ pub fn page(title: &str, diagnosis: &Diagnosis, judged: &[Judged], command: &str
         title: title.to_owned(),
         headline: headline(diagnosis),
         reasons: &diagnosis.reasons,
+        data_quality: quality::lines(&diagnosis.data_quality),
         findings: diagnosis.findings.iter().map(|f| (f.recording.clone(), f.what.clone())).collect(),
         isolability: isolability::text(&diagnosis.isolability),
         experiment: diagnosis.experiment.clone(),

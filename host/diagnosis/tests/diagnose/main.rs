@@ -7,6 +7,7 @@ mod dialects;
 mod friction_pair;
 mod gaps;
 mod measured;
+mod plausibility;
 mod recordings;
 
 use bench::{Bench, Kind, assert_named, drive};
