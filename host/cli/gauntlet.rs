@@ -6,12 +6,19 @@ use crate::values::named;
 use clap::Args;
 use softdock_bench::cases::{count_missing, lay_out_case, run_missing, score_files, selected};
 use softdock_bench::plan::{Case, Extent, WantedCases, plan, shard};
+use softdock_bench::real::cases::{RealCase, cases};
+use softdock_bench::real::sets::{MeasuredSet, SETS};
+use softdock_bench::real::trial::RealRecord;
+use softdock_bench::real::{self, trial};
 use softdock_bench::record::Ledger;
 use softdock_bench::score::{score, scored};
 use softdock_bench::{GauntletError, summary_text};
 use softdock_diagnosis::report::command_line::CommandLine;
 use softdock_farm::{Part, default_results};
 use std::path::{Path, PathBuf};
+
+/// Environment variable with the folder of the measured data.
+const DATA: &str = "SOFTDOCK_DATA";
 
 /// Score the diagnosis on recordings with known causes: correct names, false alarms, intervals, cost.
 #[derive(Args, Debug)]
@@ -59,6 +66,12 @@ pub(crate) struct BenchDiagnosisArgs {
     /// Run nothing: write model and recordings of one case into the results folder, ready for `softdock diagnose`.
     #[arg(long, value_name = "CASE", conflicts_with_all = ["score", "shard", "only", "multiples", "json"])]
     lay_out: Option<String>,
+    /// Plant effects in measured recordings, whose true errors besides are real.
+    #[arg(long, conflicts_with_all = ["size", "plants", "draws", "multiples", "lay_out"])]
+    real: bool,
+    /// Folder of the measured data; `SOFTDOCK_DATA`, or `tests/data`, if not given.
+    #[arg(long, value_name = "DIR", requires = "real")]
+    data: Option<PathBuf>,
     /// Results folder; `results/bench_diagnosis_SIZE` if not given.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -67,6 +80,9 @@ pub(crate) struct BenchDiagnosisArgs {
 }
 
 pub(crate) fn bench_diagnosis(args: &BenchDiagnosisArgs) -> Outcome {
+    if args.real {
+        return bench_real(args);
+    }
     let wanted = WantedCases { extent: args.size, plants: args.plants.clone(), draws: args.draws };
     let all = plan(&wanted)?;
     let folder = args.out.clone().unwrap_or_else(|| default_results(&format!("bench_diagnosis_{}", args.size.word())));
@@ -100,4 +116,42 @@ fn run(all: &[Case], args: &BenchDiagnosisArgs, folder: &Path) -> Result<(), Gau
     let ledger = Ledger::open(folder, number, of)?;
     listen();
     run_missing(own, &ledger, &stopped, &mut |case| warn(case.text()))
+}
+
+/// Runs the missing cases in measured recordings, then scores all finished ones.
+fn bench_real(args: &BenchDiagnosisArgs) -> Outcome {
+    let data = args.data.clone().or_else(|| std::env::var_os(DATA).map(PathBuf::from));
+    let data = data.unwrap_or_else(|| PathBuf::from("tests/data"));
+    let folder = args.out.clone().unwrap_or_else(|| default_results("bench_diagnosis_real"));
+    let (present, absent): (Vec<&MeasuredSet>, Vec<&MeasuredSet>) = SETS.iter().partition(|set| set.is_in(&data));
+    let text = args.only.as_deref().unwrap_or("");
+    let mut all = cases(|set| present.iter().any(|own| own.name == set.name));
+    all.retain(|case| case.id().contains(text));
+    if all.is_empty() {
+        let what = format!("no case in the sets below {} has `{text}` in its name", data.display());
+        return Err(GauntletError::Unknown { what }.into());
+    }
+    if !args.score {
+        let (number, of) = (args.shard.index as usize, args.shard.count as usize);
+        let ledger = Ledger::open(&folder, number + 1, of)?;
+        listen();
+        let own: Vec<RealCase> = all.iter().copied().skip(number).step_by(of).collect();
+        let mut report = |done: usize, all: usize, record: &RealRecord| {
+            warn(format!("{done} of {all}  {}: {:.1} s", record.case, record.seconds));
+        };
+        trial::run_missing(&own, &data, &ledger, &stopped, &mut report)?;
+    }
+    let records = trial::finished(&folder)?;
+    let score = real::score::score(&records);
+    let written = write(&folder, &real::score::files(&score)?)?;
+    args.format.print(|| serde_json::to_value(&score).expect("string keys"), || format!("{}\n{written}", real::score::text(&score)));
+    for set in &absent {
+        warn(format!("set {} is not below {}: not run", set.name, data.display()));
+    }
+    let missing = all.iter().filter(|case| !records.iter().any(|record| record.case == case.id())).count();
+    if missing > 0 || !absent.is_empty() {
+        warn(format!("{missing} of {} cases are missing; the same command resumes", all.len()));
+        return Ok(Exit::Incomplete);
+    }
+    Ok(if score.is_met() { Exit::Done } else { Exit::NotVerified })
 }

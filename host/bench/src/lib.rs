@@ -15,6 +15,7 @@ pub mod page;
 pub mod parameters;
 pub mod plan;
 pub mod plant;
+pub mod real;
 pub mod record;
 mod recordings_folder;
 pub mod score;

@@ -174,6 +174,7 @@ pub struct ScaleLine {
 const SEALS: &str = "seals";
 const ANSWERS: &str = "answers";
 const SCALES: &str = "scales";
+const MEASURED: &str = "measured";
 
 /// Files that a worker appends to.
 pub struct Ledger {
@@ -220,6 +221,14 @@ impl Ledger {
         self.append(SCALES, line)
     }
 
+    /// Records a finished case in measured recordings.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub(crate) fn measured(&self, record: &impl Serialize) -> Result<()> {
+        self.append(MEASURED, record)
+    }
+
     fn append(&self, what: &str, line: &impl Serialize) -> Result<()> {
         let path = self.folder.join(format!("{what}-{}.jsonl", self.worker));
         let text = serde_json::to_string(line).expect("names and numbers") + "\n";
@@ -261,6 +270,14 @@ pub fn seals(folder: &Path) -> Result<BTreeMap<String, String>> {
 /// As [`done`].
 pub fn scales(folder: &Path) -> Result<Vec<ScaleLine>> {
     lines(folder, SCALES)
+}
+
+/// Returns the finished cases in measured recordings.
+///
+/// # Errors
+/// As [`done`].
+pub(crate) fn measured<T: DeserializeOwned>(folder: &Path) -> Result<Vec<T>> {
+    lines(folder, MEASURED)
 }
 
 /// Returns the lines of all workers' files. A last line without its end was interrupted and is ignored.

@@ -19,6 +19,7 @@ use softdock_diagnosis::verdict::answer::{BlockAnswer, Bounds, EffectFound};
 use softdock_diagnosis::verdict::judged::Judged;
 use softdock_gauntlet::{CommandedPath, EffectCase, Hidden, Stronger, follow, further, generate};
 use softdock_kernels::effects::code;
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::Instant;
 
@@ -101,7 +102,7 @@ impl<'a> TrialRunner<'a> {
             let options =
                 DiagnosisOptions { without: left_out(case, recordings.path())?, ..DiagnosisOptions::default() };
             let start = Instant::now();
-            let Found { answer, judged, proposed } = answer(recordings.path(), &options);
+            let Found { answer, judged, proposed, .. } = answer(recordings.path(), &options);
             record.cost.diagnosis = start.elapsed().as_secs_f64();
             if let Some(judged) =
                 judged.filter(|_| answer.verdict == RecordedVerdict::Named && !matches!(case.task, CaseTask::Null))
@@ -204,8 +205,10 @@ fn left_out(case: &Case, folder: &Path) -> Result<Vec<String>> {
 }
 
 /// Answer of a diagnosis for a folder.
-struct Found {
-    answer: RecordedAnswer,
+pub(crate) struct Found {
+    pub(crate) answer: RecordedAnswer,
+    /// Relative torque error by block, as the model is.
+    pub(crate) unexplained: BTreeMap<String, f64>,
     /// Block with the most severe verdict.
     judged: Option<Judged>,
     /// Experiment proposed by an ambiguous answer.
@@ -213,13 +216,19 @@ struct Found {
 }
 
 /// Diagnoses a folder, without access to the truth.
-fn answer(folder: &Path, options: &DiagnosisOptions) -> Found {
+pub(crate) fn answer(folder: &Path, options: &DiagnosisOptions) -> Found {
     match read(folder, &[], options).and_then(|prepared| Ok(prepared.diagnose()?)) {
         Ok((diagnosis, judged)) => {
+            let error = |block: &BlockAnswer| Some((block.block.to_owned(), block.torque_error?.before));
+            let unexplained = diagnosis.blocks.iter().filter_map(error).collect();
             let (answer, judged) = recorded(&diagnosis, judged);
-            Found { answer, judged, proposed: diagnosis.proposed.filter(ProposedExperiment::separates) }
+            let proposed = diagnosis.proposed.filter(ProposedExperiment::separates);
+            Found { answer, unexplained, judged, proposed }
         }
-        Err(error) => Found { answer: refused(error.to_string()), judged: None, proposed: None },
+        Err(error) => {
+            let (answer, unexplained) = (refused(error.to_string()), BTreeMap::new());
+            Found { answer, unexplained, judged: None, proposed: None }
+        }
     }
 }
 
@@ -287,7 +296,7 @@ fn recorded(diagnosis: &Diagnosis, judged: Vec<Judged>) -> (RecordedAnswer, Opti
 }
 
 /// Returns the parameters of a cause with their Cramer-Rao standard deviations.
-fn estimates(found: &EffectFound, judged: &Judged) -> std::collections::BTreeMap<String, RecordedEstimate> {
+fn estimates(found: &EffectFound, judged: &Judged) -> BTreeMap<String, RecordedEstimate> {
     let Judged { block, library, judgement, .. } = judged;
     // Several hypotheses may be forms of one effect.
     let is_own = |number: &usize| library[*number].effect.id == found.id;
