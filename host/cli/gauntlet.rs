@@ -67,7 +67,7 @@ pub(crate) struct BenchDiagnosisArgs {
     #[arg(long, value_name = "CASE", conflicts_with_all = ["score", "shard", "only", "multiples", "json"])]
     lay_out: Option<String>,
     /// Plant effects in measured recordings, whose true errors besides are real.
-    #[arg(long, conflicts_with_all = ["size", "plants", "draws", "multiples", "lay_out"])]
+    #[arg(long, conflicts_with_all = ["size", "plants", "draws", "multiples"])]
     real: bool,
     /// Folder of the measured data; `SOFTDOCK_DATA`, or `tests/data`, if not given.
     #[arg(long, value_name = "DIR", requires = "real")]
@@ -123,6 +123,11 @@ fn bench_real(args: &BenchDiagnosisArgs) -> Outcome {
     let data = args.data.clone().or_else(|| std::env::var_os(DATA).map(PathBuf::from));
     let data = data.unwrap_or_else(|| PathBuf::from("tests/data"));
     let folder = args.out.clone().unwrap_or_else(|| default_results("bench_diagnosis_real"));
+    if let Some(id) = &args.lay_out {
+        let command = trial::lay_out_case(id, &data, &folder)?;
+        print(format!("{id}\n\n  {command}"));
+        return Ok(Exit::Done);
+    }
     let (present, absent): (Vec<&MeasuredSet>, Vec<&MeasuredSet>) = SETS.iter().partition(|set| set.is_in(&data));
     let text = args.only.as_deref().unwrap_or("");
     let mut all = cases(|set| present.iter().any(|own| own.name == set.name));
@@ -144,7 +149,10 @@ fn bench_real(args: &BenchDiagnosisArgs) -> Outcome {
     let records = trial::finished(&folder)?;
     let score = real::score::score(&records);
     let written = write(&folder, &real::score::files(&score)?)?;
-    args.format.print(|| serde_json::to_value(&score).expect("string keys"), || format!("{}\n{written}", real::score::text(&score)));
+    args.format.print(
+        || serde_json::to_value(&score).expect("string keys"),
+        || format!("{}\n{written}", real::score::text(&score)),
+    );
     for set in &absent {
         warn(format!("set {} is not below {}: not run", set.name, data.display()));
     }

@@ -10,8 +10,8 @@ use std::f64::consts::PI;
 const CUTOFF: f64 = 20.0;
 /// Shortest smoothing, in samples.
 const SHORTEST: f64 = 1.2;
-/// Speed over which a planted friction changes its sign, as a share of the greatest speed.
-const REVERSAL: f64 = 0.005;
+/// Travel over which a planted friction changes its sign, as a share of the range of the motion.
+const PRESLIDING: f64 = 2e-4;
 /// Speed over which planted static friction decays, as a share of the greatest speed.
 const STATIC: f64 = 0.03;
 /// Periods of a planted torque ripple over the range of the motion.
@@ -50,8 +50,6 @@ pub enum PlantedChange {
     Torque(TorqueForm),
     /// Delay of the response; sizes in rows.
     Delay,
-    /// First-order lag of the response; sizes in rows.
-    Lag,
     /// Clock of the sender runs fast; sizes in rows over the whole recording.
     Skew,
 }
@@ -74,11 +72,24 @@ impl JointMotion {
         Self { position, rate, acceleration }
     }
 
+    /// Coulomb friction of one with presliding: an exponential over a travel, which is held at rest.
+    fn friction(&self, travel: f64) -> Vec<f64> {
+        let (mut state, mut before) = (0.0, self.position[0]);
+        let step = |position: &f64| {
+            let moved = position - before;
+            before = *position;
+            state = moved.signum() - (moved.signum() - state) * (-moved.abs() / travel).exp();
+            state
+        };
+        self.position.iter().map(step).collect()
+    }
+
     /// Torque of a form with a size of one.
     fn torque(&self, form: TorqueForm, recorded: &[f64]) -> Vec<f64> {
         let fastest = self.rate.iter().fold(0.0_f64, |most, rate| most.max(rate.abs()));
-        let direction = |i: usize| (self.rate[i] / (REVERSAL * fastest)).tanh();
         let (least, most) = ends(&self.position);
+        let friction = self.friction(PRESLIDING * (most - least));
+        let direction = |i: usize| friction[i];
         let of = |i: usize| match form {
             TorqueForm::Coulomb => direction(i),
             TorqueForm::Viscous => self.rate[i],
@@ -117,7 +128,7 @@ impl PlantedChange {
     /// # Errors
     /// As [`PlantedChange::size`].
     pub(crate) fn plant(self, table: &mut MeasuredTable, joint: Joint, size: f64) -> Result<()> {
-        let (column, values) = match self {
+        let (column, values): (_, Vec<f64>) = match self {
             Self::Torque(form) => {
                 let column = joint.column("tau")?;
                 let recorded = table.signal(column)?;
@@ -129,10 +140,6 @@ impl PlantedChange {
                 let values = table.signal(column)?;
                 // An earlier command is a later response.
                 (column, (0..values.len()).map(|i| values[(i + rows).min(values.len() - 1)]).collect())
-            }
-            Self::Lag => {
-                let column = joint.column("received")?;
-                (column, lagged(&table.signal(column)?, joint.step(table)? / size))
             }
             Self::Skew => match joint.rig.log.get("received.t") {
                 Some(clock) => (clock, table.signal(clock)?.iter().map(|value| value * (1.0 + size)).collect()),
@@ -206,20 +213,6 @@ fn derivative(time: &[f64], values: &[f64]) -> Vec<f64> {
     (0..=last).map(of).collect()
 }
 
-/// First-order lag of samples that are joined by straight lines; `ratio` is a step over the time constant.
-fn lagged(values: &[f64], ratio: f64) -> Vec<f64> {
-    let decay = (-ratio).exp();
-    let mut state = values[0];
-    let mut previous = values[0];
-    let step = |value: &f64| {
-        let slope = (value - previous) / ratio;
-        state = value - slope + (state - previous + slope) * decay;
-        previous = *value;
-        state
-    };
-    values.iter().map(step).collect()
-}
-
 /// Value between two samples.
 fn between(values: &[f64], place: f64) -> f64 {
     let before = (place.floor() as usize).min(values.len() - 1);
@@ -252,10 +245,14 @@ mod tests {
         }
     }
 
+    /// Friction of a sine is a rectangle: its mean power over a period is that over the sliding.
     #[test]
-    fn lag_of_a_ramp_is_its_time_constant() {
-        let ramp: Vec<f64> = (0..400).map(f64::from).collect();
-        let late = lagged(&ramp, 1.0 / 7.0);
-        assert!((ramp[399] - late[399] - 7.0).abs() < 1e-9, "{}", late[399]);
+    fn planted_friction_changes_its_sign_at_reversals() {
+        let time: Vec<f64> = (0..2000).map(|i| f64::from(i) * 1e-3).collect();
+        let motion = JointMotion::of(&time, &time.iter().map(|t| (PI * t).sin()).collect::<Vec<_>>());
+        let friction = motion.friction(1e-4);
+        for i in (100..1900).filter(|i| (i - 500) % 1000 > 20 && (i + 500) % 1000 < 980) {
+            assert!((friction[i] - motion.rate[i].signum()).abs() < 0.01, "{i}: {}", friction[i]);
+        }
     }
 }

@@ -111,7 +111,6 @@ const PAIRS: &[[usize; 2]] = &[[0, 6], [1, 3], [5, 0], [4, 3], [6, 3]];
 /// Forms of a command's way.
 const SERVO: &[PlantedForm] = &[
     PlantedForm { id: "C1_transport_delay", field: "delay", on_nominal: false, change: PlantedChange::Delay },
-    PlantedForm { id: "C2_lag", field: "lag", on_nominal: false, change: PlantedChange::Lag },
     PlantedForm { id: "C5_clock_skew", field: "clock_skew", on_nominal: false, change: PlantedChange::Skew },
 ];
 
@@ -186,9 +185,81 @@ pub const SETS: &[MeasuredSet] = &[
     MeasuredSet { name: "kr300_axis5", rig: include_str!("../../rigs/kr300_axis5.toml"), ..KUKA },
     MeasuredSet { name: "ur10e_axis1", rig: include_str!("../../rigs/ur10e_axis1.toml"), ..UR10E },
     MeasuredSet { name: "ur10e_axis2", rig: include_str!("../../rigs/ur10e_axis2.toml"), ..UR10E },
-    MeasuredSet { name: "so101_joint3", rig: include_str!("../../rigs/so101_joint3.toml"), ..SO101 },
-    MeasuredSet { name: "so101_joint4", rig: include_str!("../../rigs/so101_joint4.toml"), ..SO101 },
-    MeasuredSet { name: "so101_joint5", rig: include_str!("../../rigs/so101_joint5.toml"), ..SO101 },
+    MeasuredSet {
+        name: "so101_joint3",
+        rig: include_str!("../../rigs/so101_joint3.toml"),
+        models: &[
+            PlantedModel {
+                id: "C2_lag",
+                field: "lag",
+                replaced: ["lag = \"0.2015 s\"", "lag = \"0.1815 s\""],
+                value: Some(0.02),
+            },
+            PlantedModel {
+                id: "C2_lag",
+                field: "lag",
+                replaced: ["lag = \"0.2015 s\"", "lag = \"0.1615 s\""],
+                value: Some(0.04),
+            },
+            PlantedModel {
+                id: "C2_lag",
+                field: "lag",
+                replaced: ["lag = \"0.2015 s\"", "lag = \"0.1215 s\""],
+                value: Some(0.08),
+            },
+        ],
+        ..SO101
+    },
+    MeasuredSet {
+        name: "so101_joint4",
+        rig: include_str!("../../rigs/so101_joint4.toml"),
+        models: &[
+            PlantedModel {
+                id: "C2_lag",
+                field: "lag",
+                replaced: ["lag = \"0.1035 s\"", "lag = \"0.0835 s\""],
+                value: Some(0.02),
+            },
+            PlantedModel {
+                id: "C2_lag",
+                field: "lag",
+                replaced: ["lag = \"0.1035 s\"", "lag = \"0.0635 s\""],
+                value: Some(0.04),
+            },
+            PlantedModel {
+                id: "C2_lag",
+                field: "lag",
+                replaced: ["lag = \"0.1035 s\"", "lag = \"0.0235 s\""],
+                value: Some(0.08),
+            },
+        ],
+        ..SO101
+    },
+    MeasuredSet {
+        name: "so101_joint5",
+        rig: include_str!("../../rigs/so101_joint5.toml"),
+        models: &[
+            PlantedModel {
+                id: "C2_lag",
+                field: "lag",
+                replaced: ["lag = \"0.09103 s\"", "lag = \"0.07103 s\""],
+                value: Some(0.02),
+            },
+            PlantedModel {
+                id: "C2_lag",
+                field: "lag",
+                replaced: ["lag = \"0.09103 s\"", "lag = \"0.05103 s\""],
+                value: Some(0.04),
+            },
+            PlantedModel {
+                id: "C2_lag",
+                field: "lag",
+                replaced: ["lag = \"0.09103 s\"", "lag = \"0.01103 s\""],
+                value: Some(0.08),
+            },
+        ],
+        ..SO101
+    },
     MeasuredSet {
         name: "ur_servo",
         folder: "ur-servo",

@@ -1,6 +1,6 @@
 //! Trials of the gauntlet in measured recordings: a changed copy of model and recordings, and its diagnosis.
 
-use crate::real::cases::{RealCase, RealTask};
+use crate::real::cases::{RealCase, RealTask, cases};
 use crate::real::forms::Joint;
 use crate::real::sets::MeasuredSet;
 use crate::real::table::MeasuredTable;
@@ -110,6 +110,28 @@ pub fn run_missing(
         report(number + 1, missing.len(), known.last().expect("just run"));
     }
     Ok(())
+}
+
+/// Writes model and recordings of a case into a folder, after the diagnosis of the unchanged set, to which sizes refer;
+/// returns the command that diagnoses them.
+///
+/// # Errors
+/// As [`run`], and a name of no case.
+pub fn lay_out_case(id: &str, data: &Path, folder: &Path) -> Result<String> {
+    let all = cases(|set| set.is_in(data));
+    let unknown = || GauntletError::Unknown { what: format!("no case `{id}` of the sets below {}", data.display()) };
+    let case = all.iter().find(|case| case.id() == id).ok_or_else(unknown)?;
+    let base = run(&RealCase { set: case.set, task: RealTask::Base }, data, None)?;
+    std::fs::create_dir_all(folder).map_err(GauntletError::file(folder))?;
+    lay_out(case, data, Some(&base), folder)?;
+    let held_out = match (hold_out_from(case), case.set.hold_out_experiments, case.set.holdout) {
+        (Some(from), ..) => format!(" --hold-out-from {from}"),
+        (_, Some(every), _) => format!(" --hold-out-experiments {every}"),
+        (.., []) => String::new(),
+        _ => format!(" --holdout {}/holdout/*", folder.display()),
+    };
+    let folder = folder.display();
+    Ok(format!("softdock diagnose {folder}/model.toml {folder}/training/*{held_out}"))
 }
 
 /// Writes model and recordings of a case into a folder; returns what is planted.

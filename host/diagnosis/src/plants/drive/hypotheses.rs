@@ -70,6 +70,9 @@ impl Spans {
     /// Cycles of which at least one is seen, and up to which they are looked for \[1/rad\].
     fn cycles(&self) -> [f64; 2] {
         let least = TAU / self.range;
+        if self.slides {
+            return [least, MOST_PERIODS * least];
+        }
         [least.max(LEAST_CYCLES), (least.max(LEAST_CYCLES) * 4.0).max(MOST_CYCLES)]
     }
 
@@ -280,6 +283,8 @@ fn periodic(name: &'static str, spans: &Spans) -> Entry {
 /// Cycles of a gear's or a motor's turn in a radian of the joint, at least and at most.
 const LEAST_CYCLES: f64 = 5.0;
 const MOST_CYCLES: f64 = 120.0;
+/// Most periods over the range of an axis that slides: the turns of its screw.
+const MOST_PERIODS: f64 = 40.0;
 /// Most cycles that are tried.
 const MOST_TRIED: f64 = 400.0;
 
