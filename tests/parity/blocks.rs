@@ -156,6 +156,8 @@ fn commands() -> (Recorded, Vec<Vec<f64>>) {
             hold_share: if i.is_multiple_of(3) { draw("hold", i) } else { 0.0 },
             blur: 1e-4,
             lag: 5e-3 * draw("lag", i),
+            dead_band: if i.is_multiple_of(2) { 0.02 * draw("dead band", i) } else { 0.0 },
+            position_offset: 0.02 * (draw("position offset", i) - 0.5),
             rate_limit: 0.5 + draw("limit", i),
             limit_lag: 1e-4 * draw("lag of the limit", i),
         })

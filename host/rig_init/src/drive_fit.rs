@@ -32,8 +32,12 @@ pub(crate) struct DriveFit {
     pub(crate) coulomb: Option<StartValue>,
     /// Torque at standstill; of a sliding joint the weight is part of it.
     pub(crate) offset: f64,
+    /// Standard error of the offset.
+    pub(crate) offset_error: f64,
     /// Torque of the weight and the angle at which it is greatest.
     pub(crate) weight: Option<(f64, f64)>,
+    /// Standard error of the weight's torque, the greater one of its two components.
+    pub(crate) weight_error: f64,
     /// Torque per unit of the model's torque; 1 without a model.
     pub(crate) scale: f64,
     /// Share of the torque (root mean square) that the fit leaves.
@@ -122,12 +126,14 @@ impl DriveFit {
                 regress(columns, &kept)
             })
             .collect();
-        let value = |place: usize| {
-            let value = whole.coefficients[place] * scale;
+        let error = |place: usize| {
             let of_parts = || parts.iter().map(|part| part.coefficients[place] * scale);
             let mean = of_parts().sum::<f64>() / parts.len().max(1) as f64;
             let share = (PARTS - 1) as f64 / PARTS as f64;
-            let error = (share * of_parts().map(|part| (part - mean).powi(2)).sum::<f64>()).sqrt();
+            (share * of_parts().map(|part| (part - mean).powi(2)).sum::<f64>()).sqrt()
+        };
+        let value = |place: usize| {
+            let (value, error) = (whole.coefficients[place] * scale, error(place));
             let scatter = if parts.len() < PARTS { f64::INFINITY } else { error / value.abs() };
             let start = StartValue { value, scatter: scatter.max(LEAST_SCATTER) };
             (value > 0.0 && scatter < LARGEST_SCATTER).then_some(start)
@@ -138,7 +144,9 @@ impl DriveFit {
             viscous: value(1),
             coulomb: value(2),
             offset: whole.coefficients[3] * scale,
+            offset_error: error(3),
             weight: None,
+            weight_error: (4..columns.len()).map(error).fold(0.0, f64::max),
             scale,
             unexplained: whole.unexplained,
         })

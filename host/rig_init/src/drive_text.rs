@@ -83,7 +83,7 @@ pub(crate) fn write(out: &mut TomlText, joint: &JointColumns, clock: &Clock, man
     out.optional("gear_stiffness", &format!("1e5 {}", units.stiffness), "above 0");
     out.optional("backlash", &format!("1e-4 {}", units.angle), "whole backlash, 0 to 1");
     out.optional("torque_limit", &format!("100 {}", units.torque), "greatest torque of the motor, above 0");
-    tolerance(out, fit.as_ref().filter(|_| joint.prismatic.is_some()), clock);
+    tolerance(out, fit.as_ref().filter(|_| joint.prismatic.is_some()), clock, &units);
     log(out, joint, clock, &units);
 }
 
@@ -114,7 +114,7 @@ fn fitted(out: &mut TomlText, fit: &DriveFit, units: &JointUnits, many: bool, pr
     out.quantity("offset", fit.offset, units.torque, "");
 }
 
-fn tolerance(out: &mut TomlText, fit: Option<&DriveFit>, clock: &Clock) {
+fn tolerance(out: &mut TomlText, fit: Option<&DriveFit>, clock: &Clock, units: &JointUnits) {
     out.table("tolerance");
     out.remark("One standard deviation of what may differ unnoticed; a parameter that is not named is known exactly.");
     let share = |out: &mut TomlText, key: &str, value: &StartValue| {
@@ -126,6 +126,11 @@ fn tolerance(out: &mut TomlText, fit: Option<&DriveFit>, clock: &Clock) {
             share(out, "motor_inertia", &fit.inertia);
             fit.coulomb.iter().for_each(|value| share(out, "coulomb", value));
             fit.viscous.iter().for_each(|value| share(out, "viscous", value));
+            let error = "standard error of the start value over parts of the log";
+            out.quantity("offset", fit.offset_error, units.torque, error);
+            if fit.weight.is_some() {
+                out.quantity("gravity_torque", fit.weight_error, units.torque, error);
+            }
         }
         None => out.open("motor_inertia", "%", "how well motor_inertia is known, as a share of it; 0 to 100 %"),
     }

@@ -1,6 +1,6 @@
 //! Transport of a command from the computer that sends it to the receiver that echoes it.
 //!
-//! The command is delayed, held between packets, lagged and limited in rate. The delay has jitter: the output is the
+//! The command is delayed, held between packets, followed with a lag outside a dead band, and limited in rate. The delay has jitter: the output is the
 //! received command over the rate at which it was sent, so that jitter is the same noise in fast and in slow phases.
 //! For a prismatic axis read m for rad.
 
@@ -24,6 +24,8 @@ bundle! {
         hold_share: R, "1", "1 if it is zero-order held, 0 if the period has no effect";
         blur: R, "s", "half the width over which jitter blurs an edge of the hold";
         lag: R, "s", "time constant of a lag of the command";
+        dead_band: R, "rad", "error of a servo that is not corrected, to either side: static friction over its gain";
+        position_offset: R, "rad", "error in which a servo settles: its load over its gain";
         rate_limit: R, "rad/s", "greatest rate of the command";
         limit_lag: R, "s", "additional lag of a limited command: jitter takes it to the limit early";
     }
@@ -89,8 +91,9 @@ impl Block for CommandBlock {
     }
 
     #[inline(always)]
-    fn start<R: Real>(&self, _p: &CommandValues<R>, _u: &CommandTick<R>, late: &Sent<R>) -> CommandHidden<R> {
-        CommandHidden { arrived: late.command, filtered: late.command, limited: late.command, behind: R::lit(0.0) }
+    fn start<R: Real>(&self, p: &CommandValues<R>, _u: &CommandTick<R>, late: &Sent<R>) -> CommandHidden<R> {
+        let arrived = late.command + p.position_offset;
+        CommandHidden { arrived, filtered: arrived, limited: arrived, behind: R::lit(0.0) }
     }
 
     #[inline(always)]
@@ -105,8 +108,10 @@ impl Block for CommandBlock {
         let steps = self.lateness(p, u.time) * R::lit(1.0 / step);
         let share = steps - steps.floor();
         // What a straight line between two instants lacks.
-        let arrived = late.bend.mul_add(share * (share - R::lit(1.0)), late.command);
-        let filtered = LowPass::of(step, p.lag).after(s.arrived, arrived, late.bend, s.filtered);
+        let arrived = late.bend.mul_add(share * (share - R::lit(1.0)), late.command) + p.position_offset;
+        // Inside the band the target is where the servo is.
+        let target = |command: R| command - (command - s.filtered).min(p.dead_band).max(-p.dead_band);
+        let filtered = LowPass::of(step, p.lag).after(target(s.arrived), target(arrived), late.bend, s.filtered);
         let reach = p.rate_limit * R::lit(step);
         let limited = (filtered - s.limited).min(reach).max(-reach) + s.limited;
         let most = p.rate_limit * p.limit_lag;

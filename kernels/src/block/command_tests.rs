@@ -66,6 +66,24 @@ fn a_lag_follows_its_law_and_a_limit_limits() {
     assert!(departure(&late, |t| 0.5 * (t - 2e-5)) < 1e-9);
 }
 
+/// Behind a ramp by the lag and the band; after a stop it keeps the band's distance.
+#[test]
+fn a_servo_stays_a_dead_band_behind_and_settles_with_an_offset() {
+    let (lag, dead_band, position_offset) = (3e-2, 0.01, 0.04);
+    let p = CommandValues { lag, dead_band, position_offset, ..CommandValues::null() };
+    let behind = |t: f64| position_offset - dead_band + t - lag;
+    let stop = |t: f64| [t.min(1.0), 0.0];
+    for (i, value) in received(p, stop).iter().enumerate().skip(500) {
+        let t = i as f64 * STEP;
+        let due = if t < 1.0 { behind(t) } else { 1.0 + position_offset - dead_band };
+        let allowed = if (1.0..1.3).contains(&t) { lag } else { 1e-5 };
+        assert!((value - due).abs() < allowed, "{t}: {value} for {due}");
+    }
+    // Without a lag it is a play: a command within the band moves nothing.
+    let play = CommandValues { dead_band, ..CommandValues::null() };
+    assert!(received(play, |t| [0.009 * (40.0 * t).sin(), 0.0]).iter().all(|value| value.abs() < 1e-12));
+}
+
 /// A limiter removes the peaks of a command with jitter: a limited command is late by about one standard deviation of the
 /// jitter, at any rate.
 #[test]

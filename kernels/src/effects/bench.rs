@@ -5,6 +5,18 @@ use super::{Effect, EffectBlock};
 /// Their rows; the parameters are those of the bench's block.
 pub const BENCH_EFFECTS: &[Effect] = &[
     of(
+        "C8_dead_band",
+        EffectBlock::Command,
+        "dead band of a servo: static friction over its position gain",
+        "servos without integral action, engineering judgement",
+    ),
+    of(
+        "C9_position_offset",
+        EffectBlock::Command,
+        "error in which a servo settles: its load over its position gain",
+        "servos without integral action, engineering judgement",
+    ),
+    of(
         "J20_encoder_delay",
         EffectBlock::Robot,
         "age of the samples of the encoder behind the gear",

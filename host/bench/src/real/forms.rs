@@ -61,7 +61,20 @@ struct JointMotion {
     acceleration: Vec<f64>,
 }
 
+/// Range and greatest speed of the motion to which forms refer, the same in all recordings of a set.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct MotionScale {
+    range: f64,
+    fastest: f64,
+}
+
 impl JointMotion {
+    fn scale(&self) -> MotionScale {
+        let (least, most) = ends(&self.position);
+        let fastest = self.rate.iter().fold(0.0_f64, |most, rate| most.max(rate.abs()));
+        MotionScale { range: most - least, fastest }
+    }
+
     /// Low-passed with a Gaussian, differentiated by central differences.
     fn of(time: &[f64], position: &[f64]) -> Self {
         let step = (time[time.len() - 1] - time[0]) / (time.len() - 1) as f64;
@@ -85,10 +98,8 @@ impl JointMotion {
     }
 
     /// Torque of a form with a size of one.
-    fn torque(&self, form: TorqueForm, recorded: &[f64]) -> Vec<f64> {
-        let fastest = self.rate.iter().fold(0.0_f64, |most, rate| most.max(rate.abs()));
-        let (least, most) = ends(&self.position);
-        let friction = self.friction(PRESLIDING * (most - least));
+    fn torque(&self, form: TorqueForm, MotionScale { range, fastest }: MotionScale, recorded: &[f64]) -> Vec<f64> {
+        let friction = self.friction(PRESLIDING * range);
         let direction = |i: usize| friction[i];
         let of = |i: usize| match form {
             TorqueForm::Coulomb => direction(i),
@@ -98,7 +109,7 @@ impl JointMotion {
             TorqueForm::Offset => 1.0,
             TorqueForm::Gravity => self.position[i].cos(),
             TorqueForm::Cable => self.position[i],
-            TorqueForm::Ripple => (2.0 * PI * RIPPLE_PERIODS * self.position[i] / (most - least)).sin(),
+            TorqueForm::Ripple => (2.0 * PI * RIPPLE_PERIODS * self.position[i] / range).sin(),
             TorqueForm::Inertia => self.acceleration[i],
             TorqueForm::Gain => recorded[i],
         };
@@ -112,27 +123,38 @@ impl PlantedChange {
     ///
     /// # Errors
     /// A signal that the rig or the recording does not have.
-    pub(crate) fn size(self, table: &MeasuredTable, joint: Joint, multiple: f64, unexplained: f64) -> Result<f64> {
+    pub(crate) fn size(
+        self,
+        table: &MeasuredTable,
+        joint: Joint,
+        multiple: f64,
+        unexplained: f64,
+    ) -> Result<PlantedSize> {
         let rows = table.rows.len() - 1;
         let Self::Torque(form) = self else {
             let unit = if self == Self::Skew { (rows as f64).recip() } else { joint.step(table)? };
-            return Ok(multiple * unit);
+            return Ok(PlantedSize { value: multiple * unit, scale: None });
         };
         let recorded = table.signal(joint.column("tau")?)?;
-        let unit = joint.motion(table)?.torque(form, &recorded);
-        Ok(multiple * unexplained * root_mean_square(&recorded) / root_mean_square(&unit))
+        let motion = joint.motion(table)?;
+        let scale = motion.scale();
+        let unit = motion.torque(form, scale, &recorded);
+        let value = multiple * unexplained * root_mean_square(&recorded) / root_mean_square(&unit);
+        Ok(PlantedSize { value, scale: Some(scale) })
     }
 
     /// Plants the change of a size into a recording.
     ///
     /// # Errors
     /// As [`PlantedChange::size`].
-    pub(crate) fn plant(self, table: &mut MeasuredTable, joint: Joint, size: f64) -> Result<()> {
+    pub(crate) fn plant(self, table: &mut MeasuredTable, joint: Joint, planted: PlantedSize) -> Result<()> {
+        let size = planted.value;
         let (column, values): (_, Vec<f64>) = match self {
             Self::Torque(form) => {
                 let column = joint.column("tau")?;
                 let recorded = table.signal(column)?;
-                let unit = joint.motion(table)?.torque(form, &recorded);
+                let motion = joint.motion(table)?;
+                let unit = motion.torque(form, planted.scale.unwrap_or_else(|| motion.scale()), &recorded);
                 (column, recorded.iter().zip(&unit).map(|(own, unit)| own + size * unit).collect())
             }
             Self::Delay => {
@@ -152,6 +174,13 @@ impl PlantedChange {
         };
         table.set(column, &values)
     }
+}
+
+/// Size of a planted effect, SI, with the motion to which its form refers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct PlantedSize {
+    pub(crate) value: f64,
+    scale: Option<MotionScale>,
 }
 
 /// Joint of a rig: the end of the names of its signals, empty for the only one.

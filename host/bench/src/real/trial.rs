@@ -182,7 +182,7 @@ impl Copied {
             self.tables.values_mut().try_for_each(|table| form.change.plant(table, own, size))?;
             let (id, field) = (form.id.to_owned(), form.field.to_owned());
             let (block, on_nominal) = (joint.block.to_owned(), form.on_nominal);
-            planted.push(PlantedEffect { id, block, field, size: Some(size), on_nominal });
+            planted.push(PlantedEffect { id, block, field, size: Some(size.value), on_nominal });
         }
         Ok(planted)
     }

@@ -195,6 +195,8 @@ pub(super) fn tolerance(
         ("presliding_travel", share(&t.presliding_travel, values.presliding_travel)),
         ("compliance", share(&t.compliance, values.compliance)),
     ];
+    let gravity = c.number_or(&t.gravity_torque, 0.0, u.torque, Range::within(0.0, FORCE));
+    all.extend([("gravity_cos", gravity), ("gravity_sin", gravity)]);
     all.push(("offset", c.number_or(&t.offset, 0.0, u.torque, Range::within(0.0, FORCE))));
     all.push(("clock_offset", c.number_or(&t.clock_offset, 0.0, "s", Range::within(0.0, 1.0))));
     all.retain(|(_, sd)| *sd > 0.0);

@@ -177,13 +177,15 @@ pub(crate) struct ToleranceTable {
     pub(crate) compliance: Option<Quantity>,
     /// Torque offset.
     pub(crate) offset: Option<Quantity>,
+    /// Torque of the weight, in the cosine and the sine of the angle each.
+    pub(crate) gravity_torque: Option<Quantity>,
     /// Clock of one channel against the other's.
     pub(crate) clock_offset: Option<Quantity>,
 }
 
 impl ToleranceTable {
     /// Everything that may be written, by name.
-    pub(crate) fn named(&self) -> [(&'static str, &Option<Quantity>); 26] {
+    pub(crate) fn named(&self) -> [(&'static str, &Option<Quantity>); 27] {
         [
             ("bias_force", &self.bias_force),
             ("bias_moment", &self.bias_moment),
@@ -210,6 +212,7 @@ impl ToleranceTable {
             ("presliding_travel", &self.presliding_travel),
             ("compliance", &self.compliance),
             ("offset", &self.offset),
+            ("gravity_torque", &self.gravity_torque),
             ("clock_offset", &self.clock_offset),
         ]
     }

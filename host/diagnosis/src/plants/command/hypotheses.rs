@@ -42,7 +42,22 @@ pub fn effects(block: &MeasuredBlock, hold: Option<[f64; 2]>) -> Vec<Hypothesis>
     let limit = [("rate_limit", below, Role::Size)];
     let sizes: Vec<f64> = [0.3, 1.0, 3.0].into_iter().chain(seen).collect();
     shelf.add("C7_rate_limit", "limit of the command's rate", &limit, &sizes, &[]);
+    servo(&mut shelf, block);
     shelf.all
+}
+
+/// Plausible dead band and offset of a servo, as a share of the range of its commands.
+const SERVO_ERROR: f64 = 0.02;
+
+/// Adds the errors of a servo without integral action.
+fn servo(shelf: &mut Shelf, block: &MeasuredBlock) {
+    let sent = || block.trials.iter().flat_map(|trial| trial.recorded.late.iter().step_by(2).copied());
+    let (least, most) = sent().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), own| (own.min(lo), own.max(hi)));
+    let scale = (SERVO_ERROR * (most - least)).max(f64::MIN_POSITIVE);
+    let band = [("dead_band", ParameterPrior::Positive { scale }, Role::Size)];
+    shelf.add("C8_dead_band", "dead band of the servo", &band, &[0.2, 1.0], &[]);
+    let offset = [("position_offset", ParameterPrior::Normal { mean: 0.0, sd: scale }, Role::Size)];
+    shelf.add("C9_position_offset", "error in which the servo settles", &offset, &[1.0], &[]);
 }
 
 /// Standard deviations of a limit's prior from which on one that is seen differs from none.
