@@ -46,13 +46,16 @@ fn page_figures_and_terminal_agree_and_the_extended_model_is_valid() {
     assert_eq!(output.status.code(), Some(0), "{beside}");
     assert!(beside.contains("R3 torque to motion: tau -> q") && beside.contains("J14_payload"), "{beside}");
     assert!(beside.starts_with("Data quality of") && beside.contains("250 Hz, no jitter; no gaps"), "{beside}");
-    assert!(printed.starts_with("The model lacks mass of the payload (J14_payload)."), "{printed}");
+    assert!(printed.starts_with("Drive, flange: mass beyond the model's 1.5"), "{printed}");
+    let headline = printed.lines().next().expect("a headline");
+    assert!(headline.contains(" kg (") && headline.ends_with("> 99.9 %."), "{headline}");
     let figures: serde_json::Value =
         serde_json::from_str(&fs::read_to_string(folder.path().join("first/diagnosis.json")).expect("figures"))
             .expect("JSON");
     assert_eq!((&figures["answer"], &figures["provisional"]), (&"named".into(), &false.into()));
     let payload = figures["effects"][0]["parameters"]["payload"]["value"].as_f64().expect("a number");
     assert!((payload - 1.5).abs() < 0.15, "{payload}");
+    assert_eq!(figures["headline"], headline);
     for key in ["ruled_out", "gain", "residual", "not_visible", "experiment", "data_quality"] {
         assert!(figures.get(key).is_some(), "{key}");
     }
@@ -64,7 +67,7 @@ fn page_figures_and_terminal_agree_and_the_extended_model_is_valid() {
 
     let output = run(words("first/extended.toml", "second"));
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
-    assert!(text(&output.stdout).starts_with("These recordings show no model error."), "{}", text(&output.stdout));
+    assert!(text(&output.stdout).starts_with("No model error:"), "{}", text(&output.stdout));
     assert!(!folder.path().join("second/extended.toml").exists(), "nothing to add");
 }
 

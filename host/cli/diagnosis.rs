@@ -13,7 +13,7 @@ use softdock_diagnosis::propose::experiment::ProposedExperiment;
 use softdock_diagnosis::report::command_line::CommandLine;
 use softdock_diagnosis::report::result_files::FiguresAndFiles;
 use softdock_diagnosis::report::signals_text::signals_text;
-use softdock_diagnosis::report::text;
+use softdock_diagnosis::report::summary::{DiagnosisSummary, identifiability};
 use softdock_diagnosis::subject::{DiagnosedModel, EXTENDED};
 use softdock_diagnosis::verdict::answer::DiagnosisVerdict;
 use softdock_diagnosis::verdict::judged::Judged;
@@ -202,12 +202,13 @@ pub(crate) fn diagnose(args: &DiagnoseArgs) -> Outcome {
         simulator: Simulator::open(args.backend, warn_of_lanes).map_err(FarmError::from)?,
     };
     let model = DiagnosedModel::load(file)?;
-    let prepared = model.prepare(&paths(&args.logs), &paths(&args.holdout), &options)?;
+    let mut prepared = model.prepare(&paths(&args.logs), &paths(&args.holdout), &options)?;
     // Printed before the long computation: the causes that these channels can isolate.
     for line in quality::lines(&prepared.data_quality) {
         warn(format!("Data quality of {line}"));
     }
     warn(isolability::text(&prepared.isolability));
+    warn(identifiability::text(prepared.identifiability()));
     let (mut diagnosis, judged) = prepared.diagnose()?;
     if model.campaign().is_some() && diagnosis.answer == DiagnosisVerdict::Ambiguous {
         // A missing facility file must not discard the answer.
@@ -222,9 +223,12 @@ pub(crate) fn diagnose(args: &DiagnoseArgs) -> Outcome {
     let comparison = compared(args, &folder, work.files.iter().any(|file| file.name == EXTENDED))?;
     if let Some(comparison) = &comparison {
         work.figures["comparison"] = comparison.json();
+        let command = repeat_command(args, file);
+        write(&folder, &[model.page(&diagnosis, &judged, &command, Some(&comparison.text()))?])?;
     }
     let comparison = comparison.map_or_else(String::new, |comparison| comparison.text() + "\n");
-    args.format.print(|| work.figures, || format!("{}\n\n{comparison}{written}", text::text(&diagnosis)));
+    args.format
+        .print(|| work.figures, || format!("{}\n\n{comparison}{written}", DiagnosisSummary::of(&diagnosis).text()));
     Ok(Exit::Done)
 }
 

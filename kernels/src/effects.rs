@@ -71,7 +71,9 @@ pub struct Effect {
     pub id: &'static str,
     /// Where it acts.
     pub block: EffectBlock,
-    /// What it is, in a few words.
+    /// The part that has it.
+    pub component: &'static str,
+    /// What it is, in a few words, beside its component.
     pub name: &'static str,
     /// Its parameters.
     pub parameters: &'static [EffectParameter],
@@ -103,6 +105,7 @@ const COUNT: usize = {
 pub const DICTIONARY: Effect = Effect {
     id: "dictionary",
     block: EffectBlock::Robot,
+    component: "drive",
     name: "a form outside the catalogue",
     parameters: &[],
     source: "the data from which it was identified",
@@ -125,11 +128,24 @@ pub const EFFECTS: &[Effect] = &{
     all
 };
 
+impl Effect {
+    /// Returns component and name (`gear: backlash`).
+    pub fn words(&self) -> String {
+        format!("{}: {}", self.component, self.name)
+    }
+}
+
+/// Returns the row of an effect in any table; `None` for an unknown id.
+pub fn row_of(id: &str) -> Option<&'static Effect> {
+    EFFECTS.iter().chain(BENCH_EFFECTS).chain([&DICTIONARY]).find(|effect| effect.id == id)
+}
+
 /// An effect as its block's file writes it.
 #[derive(Clone, Copy)]
 struct Row {
     id: &'static str,
     group: &'static str,
+    component: &'static str,
     name: &'static str,
     parameters: &'static [EffectParameter],
     source: &'static str,
@@ -137,19 +153,20 @@ struct Row {
 
 impl Row {
     const fn of(self, block: EffectBlock) -> Effect {
-        let Self { id, group, name, parameters, source } = self;
-        Effect { id, block, name, parameters, source, group }
+        let Self { id, group, component, name, parameters, source } = self;
+        Effect { id, block, component, name, parameters, source, group }
     }
 }
 
 const fn row(
     id: &'static str,
     group: &'static str,
+    component: &'static str,
     name: &'static str,
     parameters: &'static [EffectParameter],
     source: &'static str,
 ) -> Row {
-    Row { id, group, name, parameters, source }
+    Row { id, group, component, name, parameters, source }
 }
 
 /// A parameter that removes its effect at 0.

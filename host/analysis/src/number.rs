@@ -44,6 +44,30 @@ pub fn with_unit(value: f64, unit: &str) -> String {
     if unit == "1" { number } else { format!("{number} {}", unit_text(unit)) }
 }
 
+/// Unit symbols that take a prefix.
+const PREFIXED: [&str; 6] = ["rad", "s", "m", "N", "V", "A"];
+
+/// Returns the factor and the unit, with a prefix for small values, in which a value reads without leading zeros
+/// (0.0008 rad: 1000 and `mrad`). Units without a prefix, such as squares and kilograms, have the factor 1.
+pub fn prefixed(value: f64, unit: &str) -> (f64, String) {
+    let symbol = unit.split([' ', '/']).next().unwrap_or_default();
+    let size = value.abs();
+    match PREFIXED.contains(&symbol) && size > 0.0 && size < 0.1 {
+        true if size < 5e-4 => (1e6, format!("\u{b5}{}", unit_text(unit))),
+        true => (1e3, format!("m{}", unit_text(unit))),
+        false => (1.0, if unit == "1" { String::new() } else { unit_text(unit) }),
+    }
+}
+
+/// Formats a posterior probability in per cent; no evidence makes it exactly 0 or 1.
+pub fn posterior(p: f64) -> String {
+    match p {
+        p if p > 0.999 => "> 99.9 %".to_owned(),
+        p if p < 0.001 => "< 0.1 %".to_owned(),
+        p => format!("{} %", significant(100.0 * p, 3)),
+    }
+}
+
 /// Formats a probability in per cent, with all its digits (`99.865 %`).
 pub fn percent(share: f64) -> String {
     format!("{} %", significant(share * 100.0, 8))

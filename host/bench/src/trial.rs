@@ -302,7 +302,7 @@ fn estimates(found: &EffectFound, judged: &Judged) -> BTreeMap<String, RecordedE
     let is_own = |number: &usize| library[*number].effect.id == found.id;
     let with = judgement.ranking.iter().find(|c| c.admissible && c.hypotheses.iter().any(is_own));
     let curvature = with.map(|candidate| (candidate, evidence(&candidate.fitted, 1.0).covariance));
-    let of = |(name, estimate): (&String, &softdock_diagnosis::verdict::answer::ParameterEstimate)| {
+    let of = |(name, estimate): (&String, &softdock_diagnosis::verdict::estimates::ParameterEstimate)| {
         let place = curvature.as_ref().and_then(|(candidate, covariance)| {
             let place = candidate.fitted.unknowns.iter().position(|unknown| unknown.name == *name)?;
             let (unknown, z) = (&candidate.fitted.unknowns[place], candidate.fitted.z[place]);

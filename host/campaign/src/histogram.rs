@@ -90,7 +90,7 @@ fn bars(values: &[f64], min: f64, max: f64) -> String {
 /// The rows of the effect table that differ from their null value in at least one run.
 fn effects(text: &mut String, campaign: &Campaign) {
     let active: Vec<String> =
-        campaign.effects().iter().map(|effect| format!("  {}  {}", effect.id, effect.name)).collect();
+        campaign.effects().iter().map(|effect| format!("  {}  {}", effect.id, effect.words())).collect();
     let heading = if active.is_empty() { "\neffects on the facility: none" } else { "\neffects on the facility" };
     let _ = writeln!(text, "{heading}");
     for line in active {

@@ -4,6 +4,7 @@ use crate::data::grid::Finding;
 use crate::data::hold_out::Every;
 use crate::data::quality::RecordingQuality;
 use crate::data::recordings::Recordings;
+use crate::inference::identifiability::{BlockIdentifiability, identifiability};
 use crate::inference::judge::{explains_better, judge, numerical_error};
 use crate::inference::unmodelled::is_simpler;
 use crate::model::block::MeasuredBlock;
@@ -15,6 +16,7 @@ use crate::propose::motion::proposed;
 use crate::verdict::answer::{BlockAnswer, DiagnosisVerdict, EffectFound, Gain, NotVisible, Residual, RuledOut};
 use crate::verdict::decide::decide;
 use crate::verdict::judged::{Blocks, Judged};
+use crate::verdict::reconcile::reconcile;
 use crate::{DiagnosisError, Result};
 use serde::Serialize;
 use softdock_engine::simulator::Simulator;
@@ -66,6 +68,8 @@ pub struct Prepared {
     pub data_quality: Vec<RecordingQuality>,
     /// Isolability of blocks and effects by the recorded channels.
     pub isolability: Vec<BlockView>,
+    /// Identifiability block by block, once computed.
+    identifiability: Option<Vec<BlockIdentifiability>>,
 }
 
 /// Result of a diagnosis.
@@ -95,6 +99,8 @@ pub struct Diagnosis {
     pub blocks: Vec<BlockAnswer>,
     /// Isolability of blocks and effects by the recorded channels.
     pub isolability: Vec<BlockView>,
+    /// Identifiability of parameters and effects, block by block.
+    pub identifiability: Vec<BlockIdentifiability>,
     /// Findings in the recordings.
     pub findings: Vec<Finding>,
     /// Quality of the recordings, signal by signal.
@@ -122,6 +128,7 @@ impl Prepared {
             findings,
             data_quality: Vec::new(),
             isolability: Vec::new(),
+            identifiability: None,
         }
     }
 
@@ -162,11 +169,27 @@ impl Prepared {
         (block, library)
     }
 
+    /// Returns which parameters and effects these motions determine, block by block, before any answer; computed once.
+    pub fn identifiability(&mut self) -> &[BlockIdentifiability] {
+        if self.identifiability.is_none() {
+            let blocks = self.blocks(self.first);
+            let without = |hypothesis: &Hypothesis| self.without.iter().all(|id| id != hypothesis.effect.id);
+            let of = |(block, library): (MeasuredBlock, Vec<Hypothesis>)| {
+                let library: Vec<Hypothesis> = library.into_iter().filter(without).collect();
+                identifiability(&block, &library)
+            };
+            let before = self.plant.identifiability_before_blocks(&self.recordings);
+            self.identifiability = Some(before.into_iter().chain(blocks.into_iter().filter_map(of)).collect());
+        }
+        self.identifiability.as_deref().unwrap_or_default()
+    }
+
     /// Diagnoses every block.
     ///
     /// # Errors
     /// A channel without any noise, a simulation that no step makes exact enough.
     pub fn diagnose(mut self) -> Result<(Diagnosis, Vec<Judged>)> {
+        self.identifiability();
         let (timed, findings) = self.plant.before_blocks(&self.recordings);
         self.findings.extend(findings);
         let mut all = self.judged()?;
@@ -179,8 +202,10 @@ impl Prepared {
             let is_ambiguous = answer.answer == DiagnosisVerdict::Ambiguous;
             is_ambiguous.then(|| proposed(self.plant.as_ref(), &self.recordings, own)).flatten()
         });
-        let answers = timed.into_iter().chain(answers).collect();
-        Ok((Diagnosis { proposed, ..summed(self, answers, errors) }, judged))
+        let mut answers: Vec<BlockAnswer> = timed.into_iter().chain(answers).collect();
+        let mut identifiability = self.identifiability.take().unwrap_or_default();
+        reconcile(&mut answers, &mut identifiability);
+        Ok((Diagnosis { proposed, identifiability, ..summed(self, answers, errors) }, judged))
     }
 
     /// Judges every block by what is known by now.
@@ -202,7 +227,7 @@ impl Prepared {
             }
             let mut own = Judged { block, library, dictionary, judgement, outside: None };
             answer = own.looked_outside(answer, prismatic);
-            answer.torque_error = own.torque_error(&answer);
+            answer = own.with_errors(answer);
             self.plant.learn(&self.recordings, self.first, &own, &answer);
             answer = self.plant.complete(&self.recordings, &own, answer);
             let explained = own.found(&answer).map(|found| found.fitted.values(&own.block.base));

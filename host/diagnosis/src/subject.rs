@@ -6,7 +6,8 @@ use crate::plants::facility::block::FacilityModel;
 use crate::propose::experiment::ProposedExperiment;
 use crate::propose::next_drive::next_drive;
 use crate::report::result_files::{FiguresAndFiles, readable};
-use crate::report::{extend, missing_torque, page, text};
+use crate::report::summary::headline;
+use crate::report::{extend, missing_torque, page};
 use crate::verdict::judged::Judged;
 use softdock_campaign::{Campaign, FileKind, Problems, Rig, Scenario};
 use softdock_results::ResultFile;
@@ -87,16 +88,30 @@ impl DiagnosedModel {
         }
     }
 
+    /// Returns the page of a diagnosis made by `command`, with the verdicts of a campaign that were compared.
+    ///
+    /// # Errors
+    /// If a figure cannot be drawn.
+    pub fn page(
+        &self,
+        diagnosis: &Diagnosis,
+        judged: &[Judged],
+        command: &str,
+        comparison: Option<&str>,
+    ) -> Result<ResultFile> {
+        let page = page::page(self.title(), diagnosis, judged, command, comparison)?;
+        Ok(ResultFile::new("diagnosis.html", page))
+    }
+
     /// Returns page, figures, extended model, experiment and missing torques of a diagnosis made by `command`.
     ///
     /// # Errors
     /// If a figure of the page cannot be drawn.
     pub fn files(&self, diagnosis: &Diagnosis, judged: &[Judged], command: &str) -> Result<FiguresAndFiles> {
-        let figures = serde_json::to_value(diagnosis).expect("a diagnosis has string keys");
-        let mut files = vec![
-            ResultFile::new("diagnosis.html", page::page(self.title(), diagnosis, judged, command)?),
-            ResultFile::new("diagnosis.json", readable(&figures)),
-        ];
+        let mut figures = serde_json::to_value(diagnosis).expect("a diagnosis has string keys");
+        figures["headline"] = headline(diagnosis).into();
+        let mut files =
+            vec![self.page(diagnosis, judged, command, None)?, ResultFile::new("diagnosis.json", readable(&figures))];
         let (is_facility, (text, beside)) = match self {
             Self::Rig(rig) => (false, rig.gathered()),
             Self::Facility(facility) => (true, facility.scenario().gathered()),
@@ -107,7 +122,7 @@ impl DiagnosedModel {
         }
         files.extend(diagnosis.proposed.as_ref().map(|experiment| {
             let asked = experiment.run.zip(self.campaign()).map(|(run, campaign)| {
-                let why = format!("{} Made by `{command}`.", text::headline(diagnosis));
+                let why = format!("{} Made by `{command}`.", headline(diagnosis));
                 campaign.experiment_text(&why, run, experiment.repeats)
             });
             ResultFile::new(experiment.file(), asked.unwrap_or_else(|| experiment.csv()))

@@ -6,7 +6,8 @@ pub(super) const ROWS: &[Row] = &[
     row(
         "S1_bias",
         "G6",
-        "sensor bias",
+        "sensor",
+        "bias",
         &[
             at("sensor_bias_force_x", 2.0),
             at("sensor_bias_force_y", 2.0),
@@ -20,7 +21,8 @@ pub(super) const ROWS: &[Row] = &[
     row(
         "S2_drift",
         "G6",
-        "sensor drift",
+        "sensor",
+        "drift",
         &[
             at("sensor_drift_force_x", 0.05),
             at("sensor_drift_force_y", 0.05),
@@ -34,7 +36,8 @@ pub(super) const ROWS: &[Row] = &[
     row(
         "S3_gain",
         "G5",
-        "sensor gain error",
+        "sensor",
+        "gain error",
         &[
             at("sensor_gain_force_x", 0.02),
             at("sensor_gain_force_y", 0.02),
@@ -45,18 +48,27 @@ pub(super) const ROWS: &[Row] = &[
         ],
         "calibration certificates, 1-2 %",
     ),
-    row("S4_crosstalk", "G6", "sensor crosstalk", &[at("sensor_crosstalk", 0.02)], "calibration certificates, 1-2 %"),
+    row(
+        "S4_crosstalk",
+        "G6",
+        "sensor",
+        "crosstalk",
+        &[at("sensor_crosstalk", 0.02)],
+        "calibration certificates, 1-2 %",
+    ),
     row(
         "S5_low_pass",
         "G1",
-        "low-pass and delay of the sensor",
+        "sensor",
+        "low-pass and delay",
         &[at("sensor_lag", 0.002), at("sensor_delay_error", 0.001)],
         "JR3 filters 31-500 Hz; the delay is engineering judgement",
     ),
     row(
         "S6_quantisation",
         "own",
-        "quantisation and saturation of the sensor",
+        "sensor",
+        "quantisation and saturation",
         &[
             at("sensor_resolution_force", 0.5),
             at("sensor_resolution_moment", 0.05),
@@ -68,14 +80,16 @@ pub(super) const ROWS: &[Row] = &[
     row(
         "S7_noise",
         "G9",
-        "sensor noise",
+        "sensor",
+        "noise",
         &[at("sensor_noise_force", 1.0), at("sensor_noise_moment", 0.1)],
         "0.1-0.5 % of full scale",
     ),
     row(
         "S8_load",
         "G6",
-        "error of the load compensation: weight and inertia of part A behind the sensor",
+        "load compensation",
+        "weight and inertia of part A behind the sensor",
         &[
             at("load_mass_error", 0.02),
             at("load_centre_error_x", 0.005),
@@ -87,6 +101,7 @@ pub(super) const ROWS: &[Row] = &[
     row(
         "S9_tare",
         "G6",
+        "sensor",
         "error of the tare before the run",
         &[
             at("tare_error_force_x", 0.1),

@@ -6,7 +6,8 @@ pub(super) const ROWS: &[Row] = &[
     row(
         "P1_mass",
         "G5",
-        "mass, inertia and centre of mass of the simulated target",
+        "body",
+        "mass, inertia and centre of mass",
         &[
             at("mass_error", 0.05),
             at("inertia_error", 0.1),
@@ -19,14 +20,16 @@ pub(super) const ROWS: &[Row] = &[
     row(
         "P2_slosh",
         "G2",
-        "propellant of the simulated target that sways in its tank",
+        "tank",
+        "propellant that sways",
         &[at("slosh_share", 0.1), shape("slosh_frequency", 0.5), shape("slosh_damping", 0.02)],
         "a tenth of the mass below 1 Hz, engineering judgement",
     ),
     row(
         "P3_appendage",
         "G2",
-        "flexible appendage of the simulated target",
+        "appendage",
+        "flexibility",
         &[at("appendage_share", 0.05), shape("appendage_frequency", 3.0), shape("appendage_damping", 0.005)],
         "solar arrays of some hertz with little damping, engineering judgement",
     ),

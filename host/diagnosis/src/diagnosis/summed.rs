@@ -25,6 +25,7 @@ pub(super) fn summed(prepared: Prepared, blocks: Vec<BlockAnswer>, numerical_err
         proposed: None,
         reasons: prepared.provisional,
         isolability: prepared.isolability,
+        identifiability: Vec::new(),
         findings: prepared.findings,
         data_quality: prepared.data_quality,
         blocks,

@@ -77,6 +77,13 @@ pub struct Scores {
 /// Gram matrix of all signatures of a bank after the projection of a fit.
 pub struct Gram(DMatrix<f64>);
 
+impl Gram {
+    /// Builds the matrix from products of signatures that are already projected.
+    pub(super) fn of(products: DMatrix<f64>) -> Self {
+        Self(products)
+    }
+}
+
 impl Bank {
     /// Simulates every form of every hypothesis on top of the parameters of the fitted null hypothesis.
     pub fn simulate(library: &[Hypothesis], null: &Fitted, base: &[f64], simulate: &Simulate) -> Self {
@@ -189,31 +196,30 @@ impl Bank {
         tail[0] + excess * (0.05 / rarity).ln()
     }
 
-    /// Returns the expected log-odds of each hypothesis at a plausible size; see [`chance`](Self::chance).
-    pub fn visibility(&self, scores: &Scores, hypotheses: usize) -> Vec<f64> {
-        let mut best = vec![f64::NEG_INFINITY; hypotheses];
-        let mut weights = vec![LogMean::default(); hypotheses];
-        for entry in &self.entries {
-            weights[entry.hypothesis].add(entry.log_weight(), 0.0);
-        }
-        for entry in &self.entries {
-            let share = entry.log_weight() - weights[entry.hypothesis].weight.ln();
-            let odds = entry.expected(scores) + share;
-            best[entry.hypothesis] = best[entry.hypothesis].max(odds);
-        }
-        best
+    /// Returns all signatures, one column each.
+    pub fn all(&self) -> &DMatrix<f64> {
+        &self.signatures
     }
 
-    /// Returns the greatest correlation, over their forms, of the signatures of two hypotheses after the projection of
-    /// the nuisance parameters.
-    pub fn likeness(&self, Gram(gram): &Gram, a: usize, b: usize) -> f64 {
-        let of = |hypothesis| {
-            self.entries.iter().filter(move |entry| entry.hypothesis == hypothesis).flat_map(|e| e.signatures.clone())
+    /// Returns the columns of a hypothesis among all signatures; its entries stand next to one another.
+    pub fn columns(&self, hypothesis: usize) -> Range<usize> {
+        let own = || self.entries.iter().filter(|entry| entry.hypothesis == hypothesis);
+        let start = own().map(|entry| entry.signatures.start).min().unwrap_or(0);
+        start..own().map(|entry| entry.signatures.end).max().unwrap_or(start)
+    }
+
+    /// Returns the expected log-odds of a hypothesis at a plausible size, and the standard deviation of its size in `z`,
+    /// by its most visible form; see [`chance`](Self::chance). `power` is what remains of the power of a signature.
+    pub fn expected(&self, hypothesis: usize, power: &dyn Fn(usize) -> f64) -> (f64, f64) {
+        let own = || self.entries.iter().filter(|entry| entry.hypothesis == hypothesis);
+        let mut weights = LogMean::default();
+        own().for_each(|entry| weights.add(entry.log_weight(), 0.0));
+        let of = |entry: &SignatureEntry| {
+            let power = power(entry.signatures.start);
+            let odds = entry.expected(power) + entry.log_weight() - weights.weight.ln();
+            (odds, entry.sizes[0].abs() / power.sqrt())
         };
-        let pairs = of(a).flat_map(|i| of(b).map(move |j| (i, j)));
-        let correlation =
-            |(i, j): (usize, usize)| gram[(i, j)].abs() / (gram[(i, i)] * gram[(j, j)]).sqrt().max(f64::MIN_POSITIVE);
-        pairs.map(correlation).fold(0.0, f64::max)
+        own().map(of).max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((f64::NEG_INFINITY, f64::INFINITY))
     }
 }
 
@@ -302,9 +308,8 @@ impl SignatureEntry {
         }
     }
 
-    /// Log-odds of this entry against none if the effect is there with a plausible size.
-    fn expected(&self, scores: &Scores) -> f64 {
-        let own = scores.own[(0, self.signatures.start)];
+    /// Log-odds of this entry against none if the effect is there with a plausible size, by the power of its signature.
+    fn expected(&self, own: f64) -> f64 {
         if self.shaped {
             return 0.5 * own;
         }

@@ -13,7 +13,7 @@ pub(crate) use starts::{best_entries, carried, sized, taken, unknowns};
 use crate::inference::admissibility::{
     drop_over_parameterised, drop_without_held_out_gain, is_admissible, only_shifts_nuisances,
 };
-use crate::inference::bank::{Bank, Gram, Scores};
+use crate::inference::bank::{Bank, Gram};
 use crate::inference::combine::{Combiner, Set};
 use crate::inference::evidence::evidence;
 use crate::inference::fit::{Fitted, HOPELESS, Simulate, Start, fit};
@@ -23,7 +23,7 @@ use crate::inference::recordings::BlockRecordings;
 use crate::inference::torque_error::TorqueError;
 use crate::model::block::MeasuredBlock;
 use crate::model::hypothesis::Hypothesis;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 
 /// z-score at which nuisance parameters are clamped in the null hypothesis for the gain.
 const CLAMP: f64 = 3.0;
@@ -130,7 +130,6 @@ pub(crate) struct JudgementContext<'a> {
 struct Found {
     null: Fitted,
     clamped: Fitted,
-    scores: Scores,
     bank: Bank,
     dispersion: f64,
     sets: Vec<Set>,
@@ -189,7 +188,7 @@ impl<'a> JudgementContext<'a> {
         let sets = combiner.combine(singles, in_steps);
         // A combination may have a smaller residual than any single effect.
         let dispersion = self.dispersion(&null, sets.iter().map(|set| &set.1));
-        Found { null, clamped, scores, bank, dispersion, sets }
+        Found { null, clamped, bank, dispersion, sets }
     }
 
     /// Factor by which residual variances exceed the noise's even for the best hypothesis, at least 1.
@@ -261,7 +260,7 @@ impl<'a> JudgementContext<'a> {
     }
 
     fn judged(self, noise_from: NoiseFrom) -> BlockJudgement {
-        let Found { null, clamped, scores, bank, dispersion, sets } = self.search(true);
+        let Found { null, clamped, bank, dispersion, sets } = self.search(true);
         let library = self.library;
         let gram = bank.gram(&null);
         let threshold = threshold(&bank, &gram, library.len());
@@ -286,11 +285,6 @@ impl<'a> JudgementContext<'a> {
         self.refuse_worse_torque(&clamped, &mut ranking);
         drop_without_held_out_gain(&mut ranking, dispersion);
         drop_over_parameterised(&mut ranking, library);
-        let visibility = bank.visibility(&scores, library.len());
-        let likeness = DMatrix::from_fn(library.len(), library.len(), |a, b| match a == b {
-            true => 1.0,
-            false => bank.likeness(&gram, a.min(b), a.max(b)),
-        });
         let (block, noise) = (self.block.name, self.noise.clone());
         BlockJudgement {
             block,
@@ -302,8 +296,6 @@ impl<'a> JudgementContext<'a> {
             dispersion,
             stands_alone: self.block.stands_alone,
             threshold,
-            visibility,
-            likeness,
             ranking,
         }
     }

@@ -11,6 +11,7 @@ pub mod dead_zone;
 pub mod errors_in_variables;
 pub mod evidence;
 pub mod fit;
+pub mod identifiability;
 pub mod judge;
 pub mod latent;
 pub mod noise;

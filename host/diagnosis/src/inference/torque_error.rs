@@ -21,6 +21,8 @@ pub struct TorqueError {
     pub before: f64,
     /// With the answer.
     pub after: f64,
+    /// Root mean square of the measured torque below the cut-off \[N m\], of a sliding joint \[N\].
+    pub measured_rms: f64,
     /// Cut-off of the low-pass \[Hz\].
     pub cutoff_hz: f64,
 }
@@ -44,7 +46,10 @@ impl TorqueError {
         let measured = measured_rms(block, held_out, cutoff)?;
         let error = |fitted: &Fitted| Some(missing(block, held_out, &fitted.values(&block.base), cutoff)? / measured);
         let before = error(before)?;
-        after.iter().map(|after| Some(Self { before, after: error(after)?, cutoff_hz: cutoff })).collect()
+        after
+            .iter()
+            .map(|after| Some(Self { before, after: error(after)?, measured_rms: measured, cutoff_hz: cutoff }))
+            .collect()
     }
 
     /// Returns whether the error with the answer is larger by more than a tenth.

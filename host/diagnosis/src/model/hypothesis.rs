@@ -2,7 +2,7 @@
 
 use crate::model::block::MeasuredBlock;
 use crate::model::unknown::{ParameterPrior, Role, Unknown};
-use softdock_kernels::effects::{BENCH_EFFECTS, DICTIONARY, EFFECTS, Effect, EffectId};
+use softdock_kernels::effects::{DICTIONARY, Effect, EffectId, row_of};
 
 /// Hypothesis of an effect in a block.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,6 +25,11 @@ pub struct Hypothesis {
 }
 
 impl Hypothesis {
+    /// Returns component, description and id.
+    pub fn words(&self) -> String {
+        format!("{}: {} ({})", self.effect.component, self.name, self.effect.id)
+    }
+
     /// Returns whether the residual is linear in its sizes: no form parameters, and no threshold.
     pub fn is_linear(&self) -> bool {
         !self.shaped && self.sizes.len() == self.unknowns.len()
@@ -98,8 +103,7 @@ impl<'a> Shelf<'a> {
         let forms = forms.iter().flat_map(|form| sizes.iter().map(|size| shaped(*size, form)).collect::<Vec<_>>());
         let forms = forms.collect();
         let places = (0..unknowns.len()).filter(|i| unknowns[*i].role == Role::Size).collect();
-        let all = || EFFECTS.iter().chain(BENCH_EFFECTS);
-        let effect = all().find(|effect| effect.id == id).expect("an id of the effect tables");
+        let effect = row_of(id).expect("an id of the effect tables");
         let shaped = sizes.len() > 1;
         self.all.push(Hypothesis { effect, name, unknowns, forms, sizes: places, shaped, calibration: false });
     }

@@ -3,6 +3,7 @@
 use crate::model::block::MeasuredBlock;
 use crate::model::hypothesis::Hypothesis;
 use serde::Serialize;
+use softdock_kernels::effects::{Effect, row_of};
 
 /// Block of the loop with its channels.
 #[derive(Clone, Debug, Serialize)]
@@ -63,7 +64,8 @@ pub fn text(blocks: &[BlockView]) -> String {
     out += &format!("  {:<26}{head}\n", "");
     for id in ids {
         let mark = |block: &BlockView| if block.effects.contains(&id) { "   x" } else { "   ." };
-        out += &format!("  {id:<26}{}\n", blocks.iter().map(mark).collect::<String>());
+        let words = row_of(id).map_or_else(String::new, Effect::words);
+        out += &format!("  {id:<26}{}  {words}\n", blocks.iter().map(mark).collect::<String>());
     }
     out
 }

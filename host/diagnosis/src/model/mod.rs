@@ -3,4 +3,5 @@
 pub mod block;
 pub mod hypothesis;
 pub mod isolability;
+pub mod place;
 pub mod unknown;

@@ -15,6 +15,7 @@ use crate::Result;
 use crate::data::grid::{Finding, Piece};
 use crate::data::hold_out::Every;
 use crate::data::recordings::Recordings;
+use crate::inference::identifiability::BlockIdentifiability;
 use crate::model::block::MeasuredBlock;
 use crate::model::hypothesis::Hypothesis;
 use crate::model::isolability::BlockView;
@@ -103,6 +104,11 @@ pub(crate) trait DiagnosedPlant {
     /// Returns answers and findings that need no block.
     fn before_blocks(&self, _recordings: &Recordings) -> (Vec<BlockAnswer>, Vec<Finding>) {
         (Vec::new(), Vec::new())
+    }
+
+    /// Returns the identifiability of effects that need no block.
+    fn identifiability_before_blocks(&self, _recordings: &Recordings) -> Option<BlockIdentifiability> {
+        None
     }
 
     /// Returns whether its usual steps are kept where they explain the recordings better than shorter ones.

@@ -1,9 +1,11 @@
 //! Extended model: the model file with the identified effects appended.
 
 use crate::diagnosis::Diagnosis;
-use crate::plants::robot::block as robot;
-use crate::report::text::{estimated, headline};
-use crate::verdict::answer::{DiagnosisVerdict, EffectFound, ParameterEstimate};
+use crate::model::place::axis;
+use crate::report::summary::headline;
+use crate::report::wording::estimated;
+use crate::verdict::answer::{DiagnosisVerdict, EffectFound};
+use crate::verdict::estimates::ParameterEstimate;
 use std::collections::BTreeMap;
 
 /// An effect as it is written: its parameters, and their covariance.
@@ -47,14 +49,14 @@ fn tables(diagnosis: &Diagnosis) -> BTreeMap<(Option<usize>, &'static str), Tabl
     let mut all: BTreeMap<(Option<usize>, &'static str), Table> = BTreeMap::new();
     let blocks = diagnosis.blocks.iter().filter(|block| block.answer == DiagnosisVerdict::Named);
     let named: Vec<&EffectFound> = blocks.flat_map(|block| &block.effects).collect();
-    let forms = diagnosis.blocks.iter().filter_map(|block| Some((robot::axis(block.block), block.form.as_ref()?)));
+    let forms = diagnosis.blocks.iter().filter_map(|block| Some((axis(block.block), block.form.as_ref()?)));
     let forms = forms.filter(|(_, form)| form.holds);
     // The terms of a form are one effect.
     for (axis, term) in forms.flat_map(|(axis, form)| form.terms.iter().map(move |term| (axis, term))) {
         all.entry((axis, term.id)).or_default().parameters.extend(&term.parameters);
     }
     for effect in named {
-        let table = all.entry((robot::axis(effect.block), effect.id)).or_default();
+        let table = all.entry((axis(effect.block), effect.id)).or_default();
         table.parameters.extend(&effect.parameters);
         if table.parameters.len() == effect.covariance.len() {
             table.covariance = &effect.covariance;

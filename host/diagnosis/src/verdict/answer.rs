@@ -1,15 +1,13 @@
 //! Answer of a diagnosis for a block: verdict, causes, parameters, gain and residual.
 
 use crate::inference::adequacy::Adequacy;
-use crate::inference::evidence::{CredibleInterval, interval};
-use crate::inference::judge::Candidate;
 use crate::inference::torque_error::TorqueError;
 use crate::inference::unmodelled::Form;
 use crate::model::hypothesis::Hypothesis;
-use crate::model::unknown::{Role, Unknown};
+use crate::verdict::errors::{FittedParameter, RemainingError};
+use crate::verdict::estimates::{EffectSize, ParameterEstimate, parameters};
 use crate::verdict::free_run::FreeRun;
 use serde::Serialize;
-use softdock_campaign::rig::sliding;
 use softdock_kernels::effects::Effect;
 use std::collections::BTreeMap;
 
@@ -57,30 +55,15 @@ pub struct EffectFound {
     pub block: &'static str,
     /// Posterior probability.
     pub p: f64,
+    /// Log-odds of the best explanation with the effect against the best one without it, natural logarithm.
+    pub log_odds: f64,
+    /// Principal size.
+    pub size: Option<EffectSize>,
     /// Parameters by name.
     pub parameters: BTreeMap<String, ParameterEstimate>,
     /// Covariance of the parameters in the order of their names, SI units; empty if unknown.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub covariance: Vec<Vec<f64>>,
-}
-
-/// Estimate of a parameter with its 95 % interval.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct ParameterEstimate {
-    /// Best value.
-    pub value: f64,
-    /// Lower bound.
-    pub lo: f64,
-    /// Upper bound.
-    pub hi: f64,
-    /// Unit.
-    pub unit: String,
-}
-
-impl ParameterEstimate {
-    pub(crate) fn new(CredibleInterval { value, lo, hi }: CredibleInterval, unit: &str) -> Self {
-        Self { value, lo, hi, unit: unit.to_owned() }
-    }
 }
 
 /// Cause that was ruled out.
@@ -205,6 +188,10 @@ pub struct BlockAnswer {
     pub residual: Residual,
     /// Relative error of a drive's torque.
     pub torque_error: Option<TorqueError>,
+    /// Error that remains, in physical units; empty for blocks without a simulation.
+    pub remaining: Vec<RemainingError>,
+    /// Nuisance parameters with their fitted values: calibrated, or beyond their tolerances.
+    pub fitted: Vec<FittedParameter>,
     /// Errors of free runs of a tossed body.
     pub free_run: Option<FreeRun>,
     /// Whether gain and residual are those of held-out motion.
@@ -236,24 +223,16 @@ impl BlockAnswer {
         Self { effects, ruled_out, partner_missing, inadequate: Vec::new(), possible: Vec::new(), ..self }
     }
 
-    /// Returns the answer without a finding, because another block may cause the residual: no effect of the library
-    /// counts as detectable.
+    /// Returns the answer without a finding, because another block may cause the residual.
     #[must_use]
-    pub(crate) fn withheld(self, library: &[Hypothesis]) -> Self {
-        let hidden = |hypothesis: &Hypothesis| NotVisible {
-            id: hypothesis.effect.id,
-            name: hypothesis.name,
-            block: self.block,
-            log_odds: 0.0,
-        };
-        let not_visible = library.iter().map(hidden).collect();
+    pub(crate) fn withheld(self) -> Self {
         let residual = Residual { after: self.residual.before, ..self.residual };
         Self {
             answer: DiagnosisVerdict::Withheld,
             form: None,
             gain: None,
+            fitted: self.fitted.iter().filter(|own| own.is_beyond_tolerance()).cloned().collect(),
             residual,
-            not_visible,
             ..self.without_effects()
         }
     }
@@ -293,7 +272,9 @@ impl BlockAnswer {
         }
         let p = 1.0 / (1.0 + (-log_odds).exp());
         let (id, block, covariance) = (effect.id, self.block, Vec::new());
-        self.effects.push(EffectFound { id, name, block, p, parameters, covariance });
+        let names: Vec<&str> = parameters.keys().map(String::as_str).collect();
+        let size = EffectSize::among(&parameters, &names);
+        self.effects.push(EffectFound { id, name, block, p, log_odds, size, parameters, covariance });
         self.log_odds = self.log_odds.max(log_odds);
         self.answer = self.answer.max(DiagnosisVerdict::Named);
         self
@@ -311,37 +292,4 @@ pub(crate) struct Beside {
     pub(crate) parameters: BTreeMap<String, ParameterEstimate>,
     /// Log-odds for it against none.
     pub(crate) log_odds: f64,
-}
-
-/// Returns the parameters of an effect in a fit.
-pub(crate) fn parameters(
-    candidate: &Candidate,
-    hypothesis: &Hypothesis,
-    prismatic: bool,
-) -> BTreeMap<String, ParameterEstimate> {
-    let mut all = BTreeMap::new();
-    for (place, unknown) in candidate.fitted.unknowns.iter().enumerate() {
-        let own = hypothesis.unknowns.iter().any(|own| own.field == unknown.field);
-        if own && unknown.role != Role::Nuisance {
-            let interval = interval(&unknown.prior, candidate.fitted.z[place], candidate.deviations[place]);
-            let unit = if prismatic { sliding(unknown.unit) } else { unknown.unit };
-            all.insert(unknown.name.clone(), ParameterEstimate::new(interval, unit));
-        }
-    }
-    all
-}
-
-/// Returns the covariance of an effect's parameters in a fit, in the order of their names, scaled to their standard
-/// deviations.
-pub(crate) fn covariance(candidate: &Candidate, hypothesis: &Hypothesis) -> Vec<Vec<f64>> {
-    let (fitted, covariance) = (&candidate.fitted, candidate.covariance());
-    let own = |unknown: &Unknown| unknown.role != Role::Nuisance;
-    let of_effect = |unknown: &Unknown| hypothesis.unknowns.iter().any(|one| one.field == unknown.field);
-    let mut places: Vec<usize> = (0..fitted.unknowns.len())
-        .filter(|place| own(&fitted.unknowns[*place]) && of_effect(&fitted.unknowns[*place]))
-        .collect();
-    places.sort_by(|a, b| fitted.unknowns[*a].name.cmp(&fitted.unknowns[*b].name));
-    let slope = |place: usize| fitted.unknowns[place].prior.slope(fitted.z[place]);
-    let cell = |a: usize, b: usize| slope(a) * covariance[(a, b)] * slope(b);
-    places.iter().map(|a| places.iter().map(|b| cell(*a, *b)).collect()).collect()
 }

@@ -7,10 +7,10 @@ use crate::inference::judge::{BlockJudgement, Candidate};
 use crate::model::block::MeasuredBlock;
 use crate::model::hypothesis::Hypothesis;
 use crate::model::unknown::{Role, Unknown};
-use crate::verdict::answer::{
-    BlockAnswer, DiagnosisVerdict, EffectFound, Gain, NotVisible, Residual, RuledOut, covariance, parameters,
-};
-use softdock_analysis::number::significant;
+use crate::verdict::answer::{BlockAnswer, DiagnosisVerdict, EffectFound, Gain, Residual, RuledOut};
+use crate::verdict::errors::{FittedParameter, REPORTED_Z};
+use crate::verdict::estimates::{EffectSize, covariance, parameters};
+use softdock_analysis::number::{significant, with_unit};
 use softdock_kernels::effects::{Effect, GROUPS, Group};
 use std::collections::BTreeSet;
 
@@ -18,10 +18,6 @@ use std::collections::BTreeSet;
 const GAP: f64 = 3.0;
 /// Share of the training misfit that a candidate leaves at most where only training motion excites it.
 const EXCITED: f64 = 0.8;
-/// z-score from which a nuisance parameter is a finding of its own.
-const REPORTED_Z: f64 = 3.5;
-/// Correlation of signatures from which two effects are confounded.
-const ALIKE: f64 = 0.95;
 
 /// Decides the answer for a block; `missing` are effects that the block's library excludes.
 pub(crate) fn decide(
@@ -59,11 +55,13 @@ pub(crate) fn decide(
         gain: adequacy.as_ref().map(Gain::of),
         residual: context.residual(present, best),
         torque_error: None,
+        remaining: Vec::new(),
+        fitted: FittedParameter::all(block, context.fitted(present), prismatic),
         free_run: None,
         held_out: judgement.ranking.iter().any(|candidate| candidate.adequacy.is_some()),
         ruled_out: context.ruled_out(&shown),
-        not_visible: context.not_visible(),
-        confounded: context.confounded(),
+        not_visible: Vec::new(),
+        confounded: Vec::new(),
         nuisances_beyond_prior: nuisances_beyond_prior(context.fitted(present))
             .map(|(unknown, z)| (unknown.name.clone(), z))
             .collect(),
@@ -134,23 +132,24 @@ impl Context<'_> {
             .map(|(unknown, z)| {
                 let nominal = unknown.prior.value(0.0);
                 format!(
-                    "{} would have to be {} instead of {}: {} tolerances off",
+                    "{} ({}) would have to be {} instead of {}: {} tolerances off",
+                    self.block.section.parameters()[unknown.field].meaning,
                     unknown.name,
-                    quantity(unknown.prior.value(z), unknown.unit),
-                    quantity(nominal, unknown.unit),
+                    with_unit(unknown.prior.value(z), unknown.unit),
+                    with_unit(nominal, unknown.unit),
                     significant(z, 2)
                 )
             })
             .collect();
         if let Some(impossible) = self.impossible(present) {
-            let ids: Vec<&str> = impossible.hypotheses.iter().map(|number| self.id(*number)).collect();
+            let ids: Vec<String> = impossible.hypotheses.iter().map(|number| self.library[*number].words()).collect();
             let ids = ids.join(" and ");
             reasons.extend(beyond_limits(&impossible.fitted).map(|(unknown, value)| {
                 let [least, most] = unknown.limits.map(|limit| significant(limit, 3));
                 format!(
                     "{ids} would explain most, but {} = {} is impossible: {least} to {most}",
                     unknown.name,
-                    quantity(value, unknown.unit)
+                    with_unit(value, unknown.unit)
                 )
             }));
             reasons.extend(impossible.worse_torque.map(|error| {
@@ -262,12 +261,20 @@ impl Context<'_> {
                     None => {
                         let with = ranking.iter().zip(&probabilities).filter(|(other, _)| self.has(other, id));
                         let p = with.map(|(_, probability)| probability).sum();
-                        found.push(EffectFound { id, name, block: self.block.name, p, parameters, covariance });
+                        let size = EffectSize::of(self.block, &self.library[*number], &parameters);
+                        let (block, log_odds) = (self.block.name, self.log_odds(id, ranking));
+                        found.push(EffectFound { id, name, block, p, log_odds, size, parameters, covariance });
                     }
                 }
             }
         }
         found
+    }
+
+    /// Log-odds of the best of some candidates, in falling order, with an effect against the best one without it.
+    fn log_odds(&self, id: &str, ranking: &[&Candidate]) -> f64 {
+        let best = |with: bool| ranking.iter().find(|candidate| self.has(candidate, id) == with).copied();
+        best(true).map_or(0.0, |own| self.judgement.lead(own, best(false), self.library.len()))
     }
 
     /// The single effects that are not among those shown.
@@ -286,33 +293,6 @@ impl Context<'_> {
         };
         self.judgement.ranking.iter().filter(out).map(row).collect()
     }
-
-    fn not_visible(&self) -> Vec<NotVisible> {
-        let hidden = self.library.iter().zip(&self.judgement.visibility);
-        let hidden = hidden.filter(|(_, odds)| **odds < self.judgement.threshold);
-        let row = |(hypothesis, odds): (&Hypothesis, &f64)| NotVisible {
-            id: hypothesis.effect.id,
-            name: hypothesis.name,
-            block: self.block.name,
-            log_odds: *odds,
-        };
-        hidden.map(row).collect()
-    }
-
-    fn confounded(&self) -> Vec<[&'static str; 2]> {
-        let count = self.library.len();
-        let pairs = (0..count).flat_map(|a| (a + 1..count).map(move |b| (a, b)));
-        let confounded =
-            pairs.filter(|pair| self.judgement.likeness[*pair] > ALIKE && self.id(pair.0) != self.id(pair.1));
-        // Two forms of one effect may both be like a third.
-        let pairs: BTreeSet<[&str; 2]> = confounded.map(|(a, b)| [self.id(a), self.id(b)]).collect();
-        pairs.into_iter().collect()
-    }
-}
-
-/// Returns a value with its unit.
-fn quantity(value: f64, unit: &str) -> String {
-    format!("{} {}", significant(value, 4), if unit == "1" { "" } else { unit }).trim_end().to_owned()
 }
 
 /// Returns the nuisance parameters whose z-scores are findings of their own.

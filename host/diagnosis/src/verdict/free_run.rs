@@ -1,6 +1,6 @@
 //! Errors of free runs of a tossed body: speed after the first impact, and rest position.
 
-use crate::verdict::answer::ParameterEstimate;
+use crate::verdict::estimates::ParameterEstimate;
 use serde::Serialize;
 use std::collections::BTreeMap;
 

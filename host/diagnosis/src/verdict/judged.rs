@@ -1,12 +1,15 @@
 //! Judged blocks with their answers, and withheld answers.
 
 use crate::data::grid::Finding;
+use crate::inference::fit::Fitted;
 use crate::inference::judge::{BlockJudgement, Candidate};
+use crate::inference::recordings::BlockRecordings;
 use crate::inference::torque_error::TorqueError;
 use crate::inference::unmodelled::Unmodelled;
-use crate::model::block::MeasuredBlock;
+use crate::model::block::{MeasuredBlock, MeasuredOutput};
 use crate::model::hypothesis::Hypothesis;
 use crate::verdict::answer::{BlockAnswer, DiagnosisVerdict};
+use crate::verdict::errors::RemainingError;
 
 /// Judgement of a block, for the page of the diagnosis.
 pub struct Judged {
@@ -45,12 +48,53 @@ impl Judged {
         Unmodelled::of(&self.block, &self.library, &self.dictionary, &self.judgement)
     }
 
-    /// Returns the relative torque errors of the nominal model and of an answer.
-    pub(crate) fn torque_error(&self, answer: &BlockAnswer) -> Option<TorqueError> {
+    /// Returns an answer with the errors that the model has without and with it.
+    pub(crate) fn with_errors(&self, mut answer: BlockAnswer) -> BlockAnswer {
         let before = &self.judgement.clamped;
-        let after = self.found(answer).map_or(before, |found| &found.fitted);
-        TorqueError::of(&self.block, answer.held_out, [before, after])
+        let after = self.found(&answer).map_or(before, |found| &found.fitted);
+        answer.torque_error = TorqueError::of(&self.block, answer.held_out, [before, after]);
+        answer.remaining = match &answer.torque_error {
+            Some(error) => vec![self.torque(error)],
+            None => self.outputs(answer.held_out, [before, after]),
+        };
+        answer
     }
+
+    /// Torque or force of a drive that its model misses.
+    fn torque(&self, error: &TorqueError) -> RemainingError {
+        let slides = self.block.channels[0].unit == "m";
+        let (signal, unit) = if slides { ("force", "N") } else { ("torque", "N m") };
+        let [before, after] = [error.before, error.after].map(|share| share * error.measured_rms);
+        RemainingError { signal, unit, before, after, below_hz: Some(error.cutoff_hz) }
+    }
+
+    /// What the model misses of each measured output, averaged over repeats.
+    fn outputs(&self, held_out: bool, fits: [&Fitted; 2]) -> Vec<RemainingError> {
+        let part = self.block.part(held_out);
+        let [before, after] = fits.map(|fitted| root_mean_squares(&part, &fitted.values(&self.block.base)));
+        let channels = self.block.channels.iter().zip(before.into_iter().zip(after));
+        let row = |(channel, (before, after)): (&MeasuredOutput, (f64, f64))| RemainingError {
+            signal: channel.name,
+            unit: channel.unit,
+            before,
+            after,
+            below_hz: None,
+        };
+        channels.map(row).collect()
+    }
+}
+
+/// Root mean square of each channel's residual.
+fn root_mean_squares(part: &BlockRecordings, set: &[f64]) -> Vec<f64> {
+    let residuals = part.means(set);
+    let rows = residuals.first().map_or(0, nalgebra::DMatrix::nrows);
+    let of = |row: usize| {
+        let (sum, count) = residuals.iter().fold((0.0, 0), |(sum, count), residual| {
+            (sum + residual.row(row).norm_squared(), count + residual.ncols())
+        });
+        (sum / count as f64).sqrt()
+    };
+    (0..rows).map(of).collect()
 }
 
 /// Answers of all blocks.
@@ -67,8 +111,7 @@ impl Blocks {
     pub(crate) fn withhold(&mut self, place: usize, what: String) -> Finding {
         let (own, answer) = (&mut self.judged[place], &mut self.answers[place]);
         own.outside = None;
-        *answer = answer.clone().withheld(&own.library);
-        answer.torque_error = own.torque_error(answer);
+        *answer = own.with_errors(answer.clone().withheld());
         Finding { recording: own.block.name.to_owned(), what }
     }
 }

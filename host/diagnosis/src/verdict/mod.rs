@@ -2,5 +2,8 @@
 
 pub mod answer;
 pub(crate) mod decide;
+pub mod errors;
+pub mod estimates;
 pub mod free_run;
 pub mod judged;
+pub(crate) mod reconcile;

@@ -2,7 +2,8 @@
 
 use softdock_campaign::Rig;
 use softdock_diagnosis::diagnosis::{Diagnosis, DiagnosisOptions, prepare};
-use softdock_diagnosis::verdict::answer::{DiagnosisVerdict, ParameterEstimate};
+use softdock_diagnosis::verdict::answer::DiagnosisVerdict;
+use softdock_diagnosis::verdict::estimates::ParameterEstimate;
 use softdock_gauntlet::{Hidden, tosses};
 use softdock_test_size::is_full;
 

@@ -6,6 +6,7 @@ mod cost;
 mod dialects;
 mod friction_pair;
 mod gaps;
+mod identifiability;
 mod measured;
 mod plausibility;
 mod recordings;
@@ -13,7 +14,7 @@ mod recordings;
 use bench::{Bench, Kind, assert_named, drive};
 use softdock_diagnosis::diagnosis::DiagnosisOptions;
 use softdock_diagnosis::report::page::page;
-use softdock_diagnosis::verdict::answer::{BlockAnswer, DiagnosisVerdict};
+use softdock_diagnosis::verdict::answer::DiagnosisVerdict;
 use softdock_engine::Choice;
 use softdock_engine::simulator::Simulator;
 use softdock_gauntlet::NoiseColour;
@@ -166,16 +167,14 @@ fn effect_in_a_robot_axis_is_named_and_extends_the_model() {
     let options = DiagnosisOptions { without: bench.strangers(&["J2_viscous"]), ..DiagnosisOptions::default() };
     let (diagnosis, judged) = bench.diagnose_with(&options).expect("good recordings");
     assert_named(&diagnosis, &["J2_viscous"]);
-    assert!(!diagnosis.provisional && diagnosis.blocks.len() == 3);
-    // An answer for the robot as a whole has no judgement, and moves no figure of an axis.
-    let mut beside = diagnosis.clone();
-    beside.blocks.insert(0, BlockAnswer { block: "R3 torques of all axes", ..diagnosis.blocks[0].clone() });
-    let [alone, beside] =
-        [&diagnosis, &beside].map(|diagnosis| page("robot", diagnosis, &judged, "").expect("figures"));
-    assert!(!alone.contains("<h2>R3 torques of all axes:") && beside.contains("<h2>R3 torques of all axes:"));
-    assert_eq!(alone.matches("<figure>").count(), beside.matches("<figure>").count());
+    assert!(!diagnosis.provisional && diagnosis.blocks.len() == 4);
+    let page = page("robot", &diagnosis, &judged, "", None).expect("figures");
+    assert!(["Robot", "Axis 1", "Axis 2", "Axis 3"].iter().all(|place| page.contains(&format!("<h2>{place}:"))));
+    // An axis with a finding has figures against its signals, the others one for each, the robot as a whole none.
+    assert_eq!(page.matches("over time</figcaption>").count(), 3);
+    assert_eq!(page.matches("spectrum</figcaption>").count(), 1);
     let answers: Vec<DiagnosisVerdict> = diagnosis.blocks.iter().map(|block| block.answer).collect();
-    let [base, shoulder, elbow] = answers[..] else { panic!("{answers:?}") };
+    let [_, base, shoulder, elbow] = answers[..] else { panic!("{answers:?}") };
     assert_eq!((shoulder, diagnosis.effects[0].block), (DiagnosisVerdict::Named, "R3 torque to motion, axis 2"));
     // Their controllers answer to their encoders' noise, which a stiffer gear would make smaller.
     assert_eq!((base, elbow), (DiagnosisVerdict::NoEffect, DiagnosisVerdict::NoEffect));

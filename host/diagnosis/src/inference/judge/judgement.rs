@@ -118,10 +118,6 @@ pub struct BlockJudgement {
     pub(crate) stands_alone: bool,
     /// Detection threshold in log-odds.
     pub threshold: f64,
-    /// Expected log-odds of each hypothesis at a plausible size.
-    pub visibility: Vec<f64>,
-    /// Greatest signature correlation of each pair of hypotheses, 0 to 1.
-    pub likeness: DMatrix<f64>,
     /// All fitted hypotheses and combinations, in falling order of evidence.
     pub ranking: Vec<Candidate>,
 }

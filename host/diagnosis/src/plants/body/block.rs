@@ -4,6 +4,7 @@ use crate::data::bandwidth::judged_steps;
 use crate::data::grid::Piece;
 use crate::data::smooth::motion;
 use crate::model::block::{MeasuredBlock, MeasuredOutput, Trial};
+use crate::model::place;
 use softdock_campaign::rig::BodyRig;
 use softdock_engine::blocks::BlockKind;
 use softdock_engine::decimator::Decimator;
@@ -45,7 +46,7 @@ pub fn body_block(rig: &BodyRig, pieces: &[Piece], held_out: &dyn Fn(&str) -> bo
     MeasuredBlock {
         trials: pieces.iter().map(|piece| trial(piece, held_out(&piece.experiment), finer, clock)).collect(),
         decimator: Decimator::new(steps.min(MOST_STEPS)),
-        ..MeasuredBlock::of(BlockKind::Body.into(), "R6 wrench to motion", base, &rig.tolerance, channels)
+        ..MeasuredBlock::of(BlockKind::Body.into(), place::BODY.name, base, &rig.tolerance, channels)
     }
 }
 

@@ -25,7 +25,7 @@ fn whole(shelf: &mut Shelf) {
     let inertias = ["inertia_x", "inertia_y", "inertia_z"];
     let share = size("P1_mass", "inertia_error");
     entries.extend(inertias.map(|name| about(shelf, name, share * shelf.base(name))));
-    shelf.add("P1_mass", "mass, centre and inertia of the body", &entries, &[1.0], &[]);
+    shelf.add("P1_mass", "mass, centre and inertia", &entries, &[1.0], &[]);
 }
 
 /// Radius at which the whole's mass would have its mean moment of inertia \[m\].

@@ -3,6 +3,7 @@
 use crate::data::grid::Piece;
 use crate::data::smooth::{band_powers, motion};
 use crate::model::block::{MeasuredBlock, MeasuredOutput, Trial};
+use crate::model::place;
 use crate::plants::command::packets::missed;
 use softdock_campaign::rig::CommandRig;
 use softdock_engine::blocks::BlockKind;
@@ -61,13 +62,7 @@ pub fn command_block(
         trials: pieces.iter().map(trial).collect(),
         decimator: Decimator::new(STEPS),
         considered: vec![("limit_lag", delay_jitter)],
-        ..MeasuredBlock::of(
-            BlockKind::Command.into(),
-            "R1 command sent to command received",
-            base,
-            &tolerance,
-            channels,
-        )
+        ..MeasuredBlock::of(BlockKind::Command.into(), place::ECHO.name, base, &tolerance, channels)
     }
 }
 

@@ -20,11 +20,11 @@ pub fn effects(block: &MeasuredBlock, hold: Option<[f64; 2]>) -> Vec<Hypothesis>
     let mut shelf = Shelf::of(block);
     let either = |sd: f64| ParameterPrior::Normal { mean: 0.0, sd };
     let delay = [("delay", either(LATE), Role::Size)];
-    shelf.add("C1_transport_delay", "transport delay of the command", &delay, &[0.2], &[]);
+    shelf.add("C1_transport_delay", "transport delay", &delay, &[0.2], &[]);
     let lag = [("lag", ParameterPrior::Positive { scale: LATE }, Role::Size)];
-    shelf.add("C2_lag", "lag of the command", &lag, &[0.2], &[]);
+    shelf.add("C2_lag", "lag", &lag, &[0.2], &[]);
     let skew = [("clock_skew", either(SKEW), Role::Size)];
-    shelf.add("C5_clock_skew", "skew of the clocks", &skew, &[1.0], &[]);
+    shelf.add("C5_clock_skew", "skew", &skew, &[1.0], &[]);
     let row = block.trials.first().map_or(0.0, |trial| trial.recorded.step * trial.recorded.stride as f64);
     let seen = hold.or_else(|| block.trials.iter().find_map(seen_hold));
     let [centre, phase] = seen.unwrap_or([USUAL_HOLD, 0.0]);
@@ -34,14 +34,14 @@ pub fn effects(block: &MeasuredBlock, hold: Option<[f64; 2]>) -> Vec<Hypothesis>
         ("hold_phase", ParameterPrior::Normal { mean: phase, sd: row }, Role::Form),
     ];
     let near: Vec<Vec<f64>> = (-8..=8).map(|k| vec![0.125 * f64::from(k), 0.0]).collect();
-    shelf.add("C6_hold", "hold of the command between packets", &hold, &[1.0], &near);
+    shelf.add("C6_hold", "hold between packets", &hold, &[1.0], &near);
     let below = ParameterPrior::Below { top: fastest(block), share: 0.2 };
     // A deep limit is found from where it shows alone: a command that is behind by much fits nothing beside it.
     let seen = block.trials.iter().filter_map(seen_rate).fold(0.0, f64::max);
     let seen = Some(below.place(seen)).filter(|z| *z > LEAST_LIMIT);
     let limit = [("rate_limit", below, Role::Size)];
     let sizes: Vec<f64> = [0.3, 1.0, 3.0].into_iter().chain(seen).collect();
-    shelf.add("C7_rate_limit", "limit of the command's rate", &limit, &sizes, &[]);
+    shelf.add("C7_rate_limit", "rate limit", &limit, &sizes, &[]);
     servo(&mut shelf, block);
     shelf.all
 }
@@ -55,9 +55,9 @@ fn servo(shelf: &mut Shelf, block: &MeasuredBlock) {
     let (least, most) = sent().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), own| (own.min(lo), own.max(hi)));
     let scale = (SERVO_ERROR * (most - least)).max(f64::MIN_POSITIVE);
     let band = [("dead_band", ParameterPrior::Positive { scale }, Role::Size)];
-    shelf.add("C8_dead_band", "dead band of the servo", &band, &[0.2, 1.0], &[]);
+    shelf.add("C8_dead_band", "dead band", &band, &[0.2, 1.0], &[]);
     let offset = [("position_offset", ParameterPrior::Normal { mean: 0.0, sd: scale }, Role::Size)];
-    shelf.add("C9_position_offset", "error in which the servo settles", &offset, &[1.0], &[]);
+    shelf.add("C9_position_offset", "static position error", &offset, &[1.0], &[]);
 }
 
 /// Standard deviations of a limit's prior from which on one that is seen differs from none.

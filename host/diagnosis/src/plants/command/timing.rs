@@ -6,7 +6,10 @@
 use crate::data::grid::{Finding, Piece};
 use crate::inference::evidence::CredibleInterval;
 use crate::model::isolability::BlockView;
-use crate::verdict::answer::{BlockAnswer, DiagnosisVerdict, EffectFound, ParameterEstimate, Residual};
+use crate::model::place::{CLOCKS, FIRST_MOTION, TARGET};
+use crate::verdict::answer::{BlockAnswer, DiagnosisVerdict, EffectFound, Residual};
+use crate::verdict::estimates::EffectSize;
+use crate::verdict::estimates::ParameterEstimate;
 use softdock_campaign::rig::CommandRig;
 use softdock_kernels::effects::EffectId;
 use statrs::distribution::{ContinuousCDF, StudentsT};
@@ -14,11 +17,9 @@ use std::collections::BTreeMap;
 
 /// Delays of an event: block, signal, description.
 const MOVED: [(&str, &str, &str); 2] = [
-    ("R1 command to target", "target.rate", "delay from command to target"),
-    ("R1 to R3 command to first motion", "motion.rate", "delay from command to first motion"),
+    (TARGET.name, "target.rate", "delay until the target changes"),
+    (FIRST_MOTION.name, "motion.rate", "delay until the first motion"),
 ];
-/// The clocks' block.
-const CLOCKS: &str = "R1 clocks";
 /// Flags above this are set.
 const SET: f64 = 0.5;
 /// A change counts from so many times what the signal did at rest on.
@@ -47,7 +48,7 @@ pub(crate) fn views(pieces: &[Piece]) -> Vec<BlockView> {
     let moved = MOVED.iter().filter(|row| has("sent.event") && has(row.1));
     let mut all: Vec<BlockView> = moved.map(|row| view(row.0, &["sent.event"], row.1, "C1_transport_delay")).collect();
     if has("received.t") {
-        all.push(view(CLOCKS, &["t"], "received.t", "C5_clock_skew"));
+        all.push(view(CLOCKS.name, &["t"], "received.t", "C5_clock_skew"));
     }
     all
 }
@@ -154,8 +155,8 @@ fn clocks(pieces: &[Piece]) -> Option<BlockAnswer> {
     let log_odds = 0.5 * (mean * mean * (sd.powi(-2) - wide.powi(-2))) - (wide / sd).ln();
     let reach = StudentsT::new(0.0, 1.0, count - 1.0).ok()?.inverse_cdf(0.975) * sd;
     let skew = CredibleInterval { value: mean, lo: mean - reach, hi: mean + reach };
-    let skew_field = ("C5_clock_skew", "skew of the clocks", "clock_skew", "1");
-    Some(answer(CLOCKS, skew_field, skew, log_odds, sd, pieces.iter().map(Piece::samples).sum()))
+    let skew_field = ("C5_clock_skew", "skew", "clock_skew", "1");
+    Some(answer(CLOCKS.name, skew_field, skew, log_odds, sd, pieces.iter().map(Piece::samples).sum()))
 }
 
 /// Least squares slope over the number of the row.
@@ -181,12 +182,15 @@ fn answer(
 ) -> BlockAnswer {
     let present = log_odds >= THRESHOLD;
     let estimate = ParameterEstimate { value: found.value, lo: found.lo, hi: found.hi, unit: unit.to_owned() };
+    let parameters = BTreeMap::from([(field.to_owned(), estimate)]);
     let effect = EffectFound {
         id,
         name,
         block,
         p: 1.0 / (1.0 + (-log_odds).exp()),
-        parameters: BTreeMap::from([(field.to_owned(), estimate)]),
+        log_odds,
+        size: EffectSize::among(&parameters, &[field]),
+        parameters,
         covariance: Vec::new(),
     };
     let before = (found.value / noise).abs();
@@ -203,6 +207,8 @@ fn answer(
         gain: None,
         residual: Residual { before, after: if present { 0.0 } else { before } },
         torque_error: None,
+        remaining: Vec::new(),
+        fitted: Vec::new(),
         free_run: None,
         held_out: false,
         ruled_out: Vec::new(),

@@ -4,6 +4,7 @@ use crate::data::bandwidth::highest;
 use crate::data::grid::Piece;
 use crate::data::smooth::{SmoothedSignal, motion};
 use crate::model::block::{MeasuredBlock, MeasuredOutput, Trial};
+use crate::model::place;
 use crate::model::unknown::{ParameterPrior, Role, Unknown};
 use softdock_campaign::rig::ContactRig;
 use softdock_engine::blocks::BlockKind;
@@ -48,7 +49,7 @@ pub fn contact_block(
     let mut block = MeasuredBlock {
         trials: pieces.iter().map(|piece| trial(piece, held_out(&piece.experiment), finer, bands, &compared)).collect(),
         decimator: Decimator::new(STEPS),
-        ..MeasuredBlock::of(section, "R5 motion to force", base, &rig.tolerance, channels)
+        ..MeasuredBlock::of(section, place::CONTACT.name, base, &rig.tolerance, channels)
     };
     block.nuisances.extend(lead);
     block

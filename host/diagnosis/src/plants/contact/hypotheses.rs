@@ -61,7 +61,7 @@ pub fn effects(block: &MeasuredBlock) -> Vec<Hypothesis> {
 fn normal(shelf: &mut Shelf, spans: &Spans) {
     let share = size("K1_stiffness", "contact_stiffness_error");
     let stiffness = either(shelf, "stiffness", share * shelf.base("stiffness"));
-    shelf.add("K1_stiffness", "stiffness of the contact", &[stiffness], &[1.0], &[]);
+    shelf.add("K1_stiffness", "stiffness", &[stiffness], &[1.0], &[]);
     let exponent = either(shelf, "exponent", size("K2_exponent", "contact_exponent_error"));
     shelf.add("K2_exponent", "exponent of force over depth", &[exponent], &[0.5], &[]);
     // A damping that gives a tenth of the greatest force at the greatest rate, at any depth or the greatest.
@@ -69,20 +69,20 @@ fn normal(shelf: &mut Shelf, spans: &Spans) {
     let damping = size("K3_damping", "contact_damping_error") * shelf.base("damping");
     let linear = either(shelf, "damping", damping.max(least));
     let deep = either(shelf, "depth_damping", least / spans.depth);
-    shelf.add("K3_damping", "damping of the contact", &[linear, deep], &[1.0], &[]);
+    shelf.add("K3_damping", "damping", &[linear, deep], &[1.0], &[]);
     let surface = either(shelf, "surface", size("K7_surface_offset", "place_error_z"));
     shelf.add("K7_surface_offset", "position of the surface", &[surface], &[0.1], &[]);
     let scale = size("K8_adhesion", "contact_adhesion").max(0.02 * spans.force);
     let range = ParameterPrior::LogNormal { centre: shelf.base("adhesion_range"), spread: 1.0 };
     let entries = [("adhesion", ParameterPrior::Positive { scale }, Role::Size), ("adhesion_range", range, Role::Form)];
-    shelf.add("K8_adhesion", "adhesion of the parts", &entries, &[1.0], &grid([-1.0, 0.0, 1.0]));
+    shelf.add("K8_adhesion", "adhesion", &entries, &[1.0], &grid([-1.0, 0.0, 1.0]));
 }
 
 fn friction(shelf: &mut Shelf, spans: &Spans) {
     let nominal = shelf.base("friction");
     let level = if nominal > 0.0 { nominal } else { 0.1 };
     let coefficient = either(shelf, "friction", size("K4_friction", "contact_friction_error") * level);
-    shelf.add("K4_friction", "friction of the contact", &[coefficient], &[1.0], &[]);
+    shelf.add("K4_friction", "friction", &[coefficient], &[1.0], &[]);
     let entries = [
         ("stribeck", ParameterPrior::Positive { scale: size("K5_stribeck", "contact_stribeck") * level }, Role::Size),
         ("stribeck_speed", ParameterPrior::LogNormal { centre: 0.1 * spans.sliding, spread: 1.0 }, Role::Form),
@@ -111,7 +111,7 @@ fn mount(shelf: &mut Shelf) {
         ("fixture_damping", ParameterPrior::LogNormal { centre: damping, spread: 1.0 }, Role::Form),
     ];
     let forms: Vec<Vec<f64>> = (0..30).map(|k| vec![-1.5 + 0.1 * f64::from(k), 0.0]).collect();
-    shelf.add("K10_fixture", "compliant mount with a resonance", &entries, &[0.5, 5.0], &forms);
+    shelf.add("K10_fixture", "compliance with a resonance", &entries, &[0.5, 5.0], &forms);
     let mount = shelf.all.last_mut().expect("it was added");
     let mass = |form: &[f64]| {
         let of = |place: usize| mount.unknowns[place].prior.value(form[place]);
@@ -122,5 +122,5 @@ fn mount(shelf: &mut Shelf) {
 
 fn sensor(shelf: &mut Shelf) {
     let lag = ParameterPrior::Positive { scale: size("S5_low_pass", "sensor_lag") };
-    shelf.add("S5_low_pass", "low-pass of the force sensor", &[("lag", lag, Role::Size)], &[0.05, 0.5], &[]);
+    shelf.add("S5_low_pass", "low-pass", &[("lag", lag, Role::Size)], &[0.05, 0.5], &[]);
 }

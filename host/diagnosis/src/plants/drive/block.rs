@@ -4,6 +4,7 @@ use crate::data::bandwidth::judged_steps;
 use crate::data::grid::Piece;
 use crate::data::smooth::{SmoothedSignal, motion};
 use crate::model::block::{MeasuredBlock, MeasuredOutput, Trial};
+use crate::model::place;
 use crate::model::unknown::{ParameterPrior, Role, Unknown};
 use softdock_campaign::rig::DriveRig;
 use softdock_engine::blocks::BlockKind;
@@ -70,7 +71,7 @@ pub fn drive_block(
     torque: &[Vec<f64>],
 ) -> MeasuredBlock {
     let alone = |_, motion: &SmoothedSignal| motion.value.iter().map(|angle| Carried::alone(rig, *angle)).collect();
-    let loaded = loaded_block("R3 torque to motion", rig, pieces, held_out, finer, torque, &alone);
+    let loaded = loaded_block(place::DRIVE.name, rig, pieces, held_out, finer, torque, &alone);
     MeasuredBlock { torque_cutoff: Some(TORQUE_CUTOFF), ..loaded }
 }
 

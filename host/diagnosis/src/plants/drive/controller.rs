@@ -5,6 +5,7 @@ use crate::data::grid::Piece;
 use crate::data::smooth::motion;
 use crate::inference::judge::Candidate;
 use crate::model::block::{MeasuredBlock, MeasuredOutput, Trial};
+use crate::model::place;
 use crate::model::unknown::applied;
 use softdock_campaign::rig::{ControllerRig, DriveRig};
 use softdock_engine::blocks::{BlockKind, simulate};
@@ -29,7 +30,7 @@ pub fn controller_block(
     MeasuredBlock {
         trials: pieces.iter().map(trial).collect(),
         decimator: Decimator::new(judged_steps(pieces, "tau")),
-        ..MeasuredBlock::of(BlockKind::Controller.into(), "R2 reference to torque", base, &clock, channels)
+        ..MeasuredBlock::of(BlockKind::Controller.into(), place::CONTROLLER.name, base, &clock, channels)
     }
 }
 

@@ -12,18 +12,18 @@ pub fn effects(block: &MeasuredBlock) -> Vec<Hypothesis> {
     let references = || block.trials.iter().flat_map(|trial| trial.recorded.late.chunks(LATE));
     let fastest = references().fold(0.0_f64, |peak, r| peak.max(r[1].abs()));
     let late = ParameterPrior::Positive { scale: 5e-3 };
-    shelf.add("C1_transport_delay", "transport delay of the command", &[("delay", late, Role::Size)], &[0.5], &[]);
-    shelf.add("C2_lag", "lag of the command", &[("lag", late, Role::Size)], &[0.5], &[]);
+    shelf.add("C1_transport_delay", "transport delay", &[("delay", late, Role::Size)], &[0.5], &[]);
+    shelf.add("C2_lag", "lag", &[("lag", late, Role::Size)], &[0.5], &[]);
     let skew = ParameterPrior::Normal { mean: 0.0, sd: 2e-4 };
-    shelf.add("C5_clock_skew", "skew of the clocks", &[("clock_skew", skew, Role::Size)], &[1.0], &[]);
+    shelf.add("C5_clock_skew", "skew", &[("clock_skew", skew, Role::Size)], &[1.0], &[]);
     let hold = [("hold", late, Role::Size)];
     let lacking = Lacking::all(block);
     let sizes: Vec<f64> = seen_hold(&lacking).map(|seen| late.place(seen)).into_iter().chain([0.8]).collect();
-    shelf.add("C6_hold", "hold of the command between packets", &hold, &sizes, &[]);
+    shelf.add("C6_hold", "hold between packets", &hold, &sizes, &[]);
     let limit = ParameterPrior::Below { top: fastest, share: 0.2 };
     let sizes: Vec<f64> = seen_limit(&lacking).map(|seen| limit.place(seen)).into_iter().chain([1.0]).collect();
     let rate = [("rate_limit", limit, Role::Size)];
-    shelf.add("C7_rate_limit", "limit of the command's rate", &rate, &sizes, &[]);
+    shelf.add("C7_rate_limit", "rate limit", &rate, &sizes, &[]);
     shelf.all
 }
 

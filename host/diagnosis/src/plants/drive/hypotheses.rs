@@ -104,7 +104,7 @@ pub fn effects(block: &MeasuredBlock) -> Vec<Hypothesis> {
     load(&mut shelf, &spans);
     if block.channels.len() > 1 {
         let age = either(0.0, 4e-3);
-        shelf.add("J20_encoder_delay", "latency of the link encoder", &[("link_age", age, Role::Size)], &[1.0], &[]);
+        shelf.add("J20_encoder_delay", "latency of the samples", &[("link_age", age, Role::Size)], &[1.0], &[]);
     }
     limits(&mut shelf, &spans);
     shelf.calibrate(&CALIBRATION);
@@ -222,7 +222,7 @@ fn gear(shelf: &mut Shelf, spans: &Spans) {
     let stiff = ParameterPrior::LogNormal { centre: spans.compliance(60.0).max(compliance), spread };
     shelf.add(
         "J7_backlash",
-        "backlash of the gear",
+        "backlash",
         &[
             ("half_backlash", ParameterPrior::Positive { scale: 3e-4 }, Role::Size),
             ("compliance", stiff, Role::Form),
@@ -234,7 +234,7 @@ fn gear(shelf: &mut Shelf, spans: &Spans) {
     if compliance == 0.0 {
         shelf.add(
             "J8_elasticity",
-            "elasticity of the gear",
+            "elasticity",
             &[
                 ("compliance", ParameterPrior::Positive { scale: spans.compliance(30.0) }, Role::Size),
                 ("gear_damping", ParameterPrior::LogNormal { centre: 0.05, spread: 1.0 }, Role::Form),
@@ -248,7 +248,7 @@ fn gear(shelf: &mut Shelf, spans: &Spans) {
         let damping = shelf.base("gear_damping").max(0.01);
         shelf.add(
             "J8_elasticity",
-            "elasticity of the gear",
+            "elasticity",
             &[
                 ("compliance", ParameterPrior::LogNormal { centre: compliance, spread: 0.7 }, Role::Size),
                 ("gear_damping", ParameterPrior::LogNormal { centre: damping, spread: 1.0 }, Role::Form),
@@ -260,7 +260,7 @@ fn gear(shelf: &mut Shelf, spans: &Spans) {
     let wave = either(0.0, 1e-4);
     shelf.add(
         "J10_transmission_error",
-        "transmission error of the gear",
+        "transmission error",
         &[("wave_sin", wave, Role::Size), ("wave_cos", wave, Role::Size), periodic("wave_cycles", spans)],
         &[1.0],
         &cycles(spans),
@@ -301,7 +301,7 @@ fn motor(shelf: &mut Shelf, spans: &Spans) {
     let ripple = either(0.0, 0.05 * spans.torque);
     shelf.add(
         "J9_torque_ripple",
-        "torque ripple of the motor",
+        "torque ripple",
         &[("ripple_sin", ripple, Role::Size), ("ripple_cos", ripple, Role::Size), periodic("ripple_cycles", spans)],
         &[1.0],
         &cycles(spans),
@@ -309,21 +309,15 @@ fn motor(shelf: &mut Shelf, spans: &Spans) {
     let constant = either(shelf.base("torque_constant_error"), 0.05);
     shelf.add(
         "J11_torque_constant",
-        "torque constant of the motor",
+        "torque constant",
         &[("torque_constant_error", constant, Role::Size)],
         &[1.0],
         &[],
     );
     let lag = ParameterPrior::Positive { scale: 5e-4 };
-    shelf.add("J12_current_loop", "lag of the current loop", &[("current_lag", lag, Role::Size)], &[1.0], &[]);
+    shelf.add("J12_current_loop", "lag", &[("current_lag", lag, Role::Size)], &[1.0], &[]);
     let limit = ParameterPrior::Below { top: spans.peak.min(shelf.base("torque_limit")), share: 0.2 };
-    shelf.add(
-        "J13_saturation",
-        "saturation of the torque",
-        &[("torque_limit", limit, Role::Size)],
-        &[0.3, 1.0, 3.0],
-        &[],
-    );
+    shelf.add("J13_saturation", "torque limit", &[("torque_limit", limit, Role::Size)], &[0.3, 1.0, 3.0], &[]);
     direction(shelf, spans);
 }
 
@@ -339,7 +333,7 @@ fn direction(shelf: &mut Shelf, spans: &Spans) {
         &[],
     );
     let offset = either(shelf.base("offset"), 0.05 * spans.torque);
-    shelf.add("J18_drive_offset", "offset of the drive's torque", &[("offset", offset, Role::Size)], &[1.0], &[]);
+    shelf.add("J18_drive_offset", "torque offset", &[("offset", offset, Role::Size)], &[1.0], &[]);
 }
 
 fn load(shelf: &mut Shelf, spans: &Spans) {
@@ -347,15 +341,15 @@ fn load(shelf: &mut Shelf, spans: &Spans) {
     // Without weight a payload is inertia and nothing else.
     if spans.payload_weight > 0.0 {
         let payload = either(0.0, 1.0);
-        shelf.add("J14_payload", "mass of the payload", &[("payload", payload, Role::Size)], &[1.0], &[]);
+        shelf.add("J14_payload", "mass beyond the model's", &[("payload", payload, Role::Size)], &[1.0], &[]);
     }
     let inertia = either(0.0, 0.1 * spans.inertia);
-    shelf.add("J15_link_inertia", "inertia of the link", &[("inertia_error", inertia, Role::Size)], &[1.0], &[]);
+    shelf.add("J15_link_inertia", "inertia beyond the model's", &[("inertia_error", inertia, Role::Size)], &[1.0], &[]);
     // Along a line a weight is an offset and nothing else.
     if !spans.slides {
         shelf.add(
             "J16_gravity_compensation",
-            "weight of the link",
+            "gravity torque beyond the model's",
             &[("gravity_cos", gravity, Role::Size), ("gravity_sin", gravity, Role::Size)],
             &[1.0],
             &[],
@@ -364,7 +358,7 @@ fn load(shelf: &mut Shelf, spans: &Spans) {
     let spring = 0.1 * spans.torque / spans.range;
     shelf.add(
         "J17_cable_drag",
-        "drag of cables and hoses",
+        "spring",
         &[
             ("cable_stiffness", ParameterPrior::Positive { scale: spring }, Role::Size),
             ("cable_centre", either(spans.middle, 0.5 * spans.range), Role::Form),

@@ -14,6 +14,7 @@ use crate::data::recordings::Recordings;
 use crate::model::block::MeasuredBlock;
 use crate::model::hypothesis::Hypothesis;
 use crate::model::isolability::BlockView;
+use crate::model::place;
 use crate::verdict::answer::BlockAnswer;
 use crate::verdict::judged::{Blocks, Judged};
 use crate::{DiagnosisError, Result};
@@ -76,7 +77,7 @@ impl DiagnosedPlant for DrivePlant {
         }
         if views.len() == 1 {
             let missing: &[&str] = if recordings.has("ref") { &["[controller] in the model file"] } else { &["ref"] };
-            views.insert(0, BlockView::closed("R2 reference to torque", &["ref", "q"], &["tau"], missing));
+            views.insert(0, BlockView::closed(place::CONTROLLER.name, &["ref", "q"], &["tau"], missing));
         }
         views
     }

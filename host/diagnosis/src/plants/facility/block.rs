@@ -4,6 +4,7 @@ mod path;
 
 use crate::data::drive_log::{Cycle, DriveLog};
 use crate::model::block::{MeasuredBlock, MeasuredOutput, Trial};
+use crate::model::place;
 use nalgebra::DMatrix;
 use path::{commanded_rows, held, measured_rows};
 use softdock_campaign::{Campaign, Scenario};
@@ -106,7 +107,7 @@ pub(crate) fn motion_section(
         trials: logs.iter().map(trial).collect(),
         decimator: decimator(logs, MOTION_RATE),
         floor: vec![RESOLUTION; MOTION.len()],
-        ..MeasuredBlock::of(section, "R2 command to motion", base, &[("loop_delay", STAMPS)], channels)
+        ..MeasuredBlock::of(section, place::FACILITY_MOTION.name, base, &[("loop_delay", STAMPS)], channels)
     }
 }
 
@@ -142,7 +143,7 @@ pub(crate) fn wrench_section(
         quiet: logs.iter().map(|log| quiet(log, &decimator)).collect(),
         tared: true,
         decimator,
-        ..MeasuredBlock::of(section, "R5 motion to wrench", base, &[("loop_delay", STAMPS)], channels)
+        ..MeasuredBlock::of(section, place::FACILITY_WRENCH.name, base, &[("loop_delay", STAMPS)], channels)
     }
 }
 

@@ -14,6 +14,7 @@ use crate::model::isolability::BlockView;
 use crate::verdict::answer::BlockAnswer;
 use crate::verdict::judged::{Blocks, Judged};
 use block::{FacilityModel, MOTION, WRENCH, motion_section, wrench_section};
+use softdock_kernels::effects::{EFFECTS, Effect, EffectBlock, GROUPS, Group, row_of};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// A facility with the logs of its drives.
@@ -84,6 +85,26 @@ impl DiagnosedPlant for FacilityPlant {
         }
     }
 
+    /// Reports the effects that no signal of a session shows, with the experiments that do.
+    fn before_blocks(&self, recordings: &Recordings) -> (Vec<BlockAnswer>, Vec<Finding>) {
+        let ids = |place: usize| {
+            let block = self.block(recordings, place, 1);
+            self.library(recordings, place, &block).into_iter().map(|hypothesis| hypothesis.effect.id)
+        };
+        let judged: BTreeSet<&str> = (0..self.places(recordings)).flat_map(ids).collect();
+        let hidden = |group: &Group| {
+            // Robots have either a lag or drives with joints, by the scenario.
+            let own = EFFECTS.iter().filter(|effect| effect.group == group.id && effect.block != EffectBlock::Robot);
+            let own = own.filter(|effect| !judged.contains(effect.id));
+            let words: Vec<String> = own.map(|effect| format!("{} ({})", effect.words(), effect.id)).collect();
+            (!words.is_empty()).then(|| Finding {
+                recording: self.model.scenario().id.clone(),
+                what: format!("these sessions do not show {}; to show them: {}", words.join(", "), group.splits),
+            })
+        };
+        (Vec::new(), GROUPS.iter().filter_map(hidden).collect())
+    }
+
     fn views(&self, _: &Recordings, sections: &[BlockWithLibrary]) -> Vec<BlockView> {
         let view = |place: usize, inputs: &[&'static str], outputs: &[&'static str]| {
             let (block, library) = &sections[place];
@@ -106,8 +127,9 @@ impl DiagnosedPlant for FacilityPlant {
         let finding = |effect: &&'static str| Finding {
             recording: self.model.scenario().id.clone(),
             what: format!(
-                "{effect}: the drives share one value; the campaign's draws of it, another for each run, do not describe \
-                 them and are not used"
+                "{} ({effect}): the drives share one value; the campaign's draws of it, another for each run, do not describe \
+                 them and are not used",
+                row_of(effect).map_or_else(String::new, Effect::words)
             ),
         };
         self.shared.keys().map(finding).collect()

@@ -4,6 +4,7 @@ use super::RobotPlant;
 use crate::data::grid::Finding;
 use crate::data::recordings::Recordings;
 use crate::inference::torque_error::lacking;
+use crate::model::place;
 use crate::model::unknown::Role;
 use crate::plants::robot::block::{Loads, loads};
 use crate::verdict::judged::{Blocks, Judged, is_explained};
@@ -65,12 +66,12 @@ pub(super) fn withhold_loaded(all: &mut Blocks) -> Vec<Finding> {
     };
     let lacks: Vec<(usize, f64)> = unexplained.filter_map(lacks).collect();
     let Some((worst, _)) = lacks.iter().max_by(|a, b| a.1.total_cmp(&b.1)).copied() else { return Vec::new() };
-    let culprit = all.answers[worst].block;
+    let culprit = place::place(all.answers[worst].block);
     let mut findings = Vec::new();
     for (place, _) in lacks.into_iter().filter(|(place, _)| *place != worst) {
         let what = format!(
-            "no cause explains the motion, but the load from `{culprit}`, which is itself unexplained, may: no verdict \
-             on this axis; diagnose `{culprit}` first"
+            "no cause explains the motion, but the load from {culprit}, which is itself unexplained, may: no verdict \
+             on this axis; correct {culprit} first"
         );
         findings.push(all.withhold(place, what));
     }

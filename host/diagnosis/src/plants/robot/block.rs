@@ -3,50 +3,18 @@
 use crate::data::grid::Piece;
 use crate::data::smooth::SmoothedSignal;
 use crate::model::block::MeasuredBlock;
+use crate::model::place::AXES;
 use crate::plants::drive::block::{Carried, loaded_block, resampled};
 use crate::plants::robot::coupling::{Instant, coupled};
 use crate::plants::robot::links::{at, helped, links, weightless};
 use softdock_campaign::rig::{AXIS_SIGNALS, RobotRig};
 use softdock_kernels::block::drive::DriveValues;
 use softdock_kernels::manipulator::{Manipulator, rigid_torques};
-use softdock_kernels::model::MAX_JOINTS;
 use softdock_kernels::vector::Vec3;
 use softdock_kernels::with_joints;
 
 /// Cut-off of the low-pass for the relative torque error \[Hz\].
 const TORQUE_CUTOFF: f64 = 10.0;
-/// The blocks' names, axis by axis.
-const NAMES: [&str; MAX_JOINTS] = [
-    "R3 torque to motion, axis 1",
-    "R3 torque to motion, axis 2",
-    "R3 torque to motion, axis 3",
-    "R3 torque to motion, axis 4",
-    "R3 torque to motion, axis 5",
-    "R3 torque to motion, axis 6",
-    "R3 torque to motion, axis 7",
-];
-/// Name of the answer for the robot as a whole, and of couplings of an axis to the one before, from axis 2 on.
-pub(super) const LOAD: &str = "R3 torques of all axes";
-const COUPLINGS: [&str; MAX_JOINTS - 1] = [
-    "R3 coupling of axes 1 and 2",
-    "R3 coupling of axes 2 and 3",
-    "R3 coupling of axes 3 and 4",
-    "R3 coupling of axes 4 and 5",
-    "R3 coupling of axes 5 and 6",
-    "R3 coupling of axes 6 and 7",
-];
-
-/// Returns the axis of a block, from 1; `None` for blocks of other plants and of the robot as a whole.
-pub fn axis(block: &str) -> Option<usize> {
-    let of = |names: &[&str]| names.iter().position(|name| *name == block);
-    of(&NAMES).map(|axis| axis + 1).or(of(&COUPLINGS).map(|axis| axis + 2))
-}
-
-/// Name of the coupling of an axis, from 0, to the one before.
-pub(super) fn coupling(axis: usize) -> &'static str {
-    COUPLINGS[axis - 1]
-}
-
 /// Load of each axis: `[recording][axis][sample]`.
 pub(crate) type Loads = Vec<Vec<Vec<Carried>>>;
 
@@ -66,7 +34,7 @@ pub(crate) fn robot_block(
 ) -> MeasuredBlock {
     let own: Vec<Piece> = pieces.iter().map(|piece| of_axis(piece, axis)).collect();
     let carrying = |piece: usize, motion: &SmoothedSignal| resampled(&loads[piece][axis], motion.value.len(), between);
-    let loaded = loaded_block(NAMES[axis], &rig.drives[axis], &own, held_out, finer, &[], &carrying);
+    let loaded = loaded_block(AXES[axis].name, &rig.drives[axis], &own, held_out, finer, &[], &carrying);
     MeasuredBlock { torque_cutoff: Some(TORQUE_CUTOFF), ..loaded }
 }
 

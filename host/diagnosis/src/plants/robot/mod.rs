@@ -9,6 +9,7 @@ mod whole;
 use super::{BlockWithLibrary, DiagnosedPlant, drive};
 use crate::data::grid::Finding;
 use crate::data::recordings::Recordings;
+use crate::inference::identifiability::BlockIdentifiability;
 use crate::model::block::MeasuredBlock;
 use crate::model::hypothesis::Hypothesis;
 use crate::model::isolability::BlockView;
@@ -70,6 +71,10 @@ impl DiagnosedPlant for RobotPlant {
     fn before_blocks(&self, recordings: &Recordings) -> (Vec<BlockAnswer>, Vec<Finding>) {
         let Whole { answer, findings, .. } = self.whole(recordings);
         (answer.iter().cloned().collect(), findings.clone())
+    }
+
+    fn identifiability_before_blocks(&self, recordings: &Recordings) -> Option<BlockIdentifiability> {
+        self.whole(recordings).identifiability.clone()
     }
 
     fn dictionary(&self, block: &MeasuredBlock) -> Vec<Hypothesis> {

@@ -5,6 +5,7 @@ use crate::data::bandwidth::{highest, judged_steps};
 use crate::data::grid::Piece;
 use crate::data::smooth::{SmoothedSignal, motion};
 use crate::model::block::{MeasuredBlock, MeasuredOutput, Trial};
+use crate::model::place;
 use rayon::prelude::*;
 use softdock_campaign::rig::SensorRig;
 use softdock_engine::blocks::BlockKind;
@@ -57,7 +58,7 @@ pub fn sensor_block(rig: &SensorRig, pieces: &[Piece], held_out: &dyn Fn(&str) -
         clock: Some("time"),
         quantisation: Some(QUANTISATION),
         known_noise: rig.noise.map_or_else(Vec::new, |[force, moment]| [[force; 3], [moment; 3]].concat()),
-        ..MeasuredBlock::of(BlockKind::Sensor.into(), "R5 force to reading", base, &rig.tolerance, channels)
+        ..MeasuredBlock::of(BlockKind::Sensor.into(), place::SENSOR.name, base, &rig.tolerance, channels)
     }
 }
 

@@ -57,19 +57,19 @@ fn offsets(shelf: &mut Shelf) {
         either(shelf, &["bias_force_x", "bias_force_y", "bias_force_z"], size("S1_bias", "sensor_bias_force_x"));
     let moments = ["bias_moment_x", "bias_moment_y", "bias_moment_z"];
     bias.extend(either(shelf, &moments, size("S1_bias", "sensor_bias_moment_x")));
-    shelf.add("S1_bias", "bias of the sensor", &bias, &[1.0], &[]);
+    shelf.add("S1_bias", "bias", &bias, &[1.0], &[]);
     let forces = ["drift_force_x", "drift_force_y", "drift_force_z"];
     let mut drift = either(shelf, &forces, size("S2_drift", "sensor_drift_force_x"));
     let moments = ["drift_moment_x", "drift_moment_y", "drift_moment_z"];
     drift.extend(either(shelf, &moments, size("S2_drift", "sensor_drift_moment_x")));
-    shelf.add("S2_drift", "drift of the sensor", &drift, &[1.0], &[]);
+    shelf.add("S2_drift", "drift", &drift, &[1.0], &[]);
 }
 
 fn calibration(shelf: &mut Shelf, spans: &Spans) {
     let gains =
         ["fx_of_force_x", "fy_of_force_y", "fz_of_force_z", "mx_of_moment_x", "my_of_moment_y", "mz_of_moment_z"];
     let gain = either(shelf, &gains, size("S3_gain", "sensor_gain_force_x"));
-    shelf.add("S3_gain", "gain of the sensor", &gain, &[1.0], &[]);
+    shelf.add("S3_gain", "gain", &gain, &[1.0], &[]);
     let (share, lever) = (size("S4_crosstalk", "sensor_crosstalk"), spans.moment / spans.force);
     let own = |names: &[&'static str]| -> Vec<&'static str> {
         names.iter().copied().filter(|name| !gains.contains(name)).collect()
@@ -78,7 +78,7 @@ fn calibration(shelf: &mut Shelf, spans: &Spans) {
     crosstalk.extend(either(shelf, &FORCE_BY_MOMENT, share / lever));
     crosstalk.extend(either(shelf, &MOMENT_BY_FORCE, share * lever));
     crosstalk.extend(either(shelf, &own(&MOMENT_BY_MOMENT), share));
-    shelf.add("S4_crosstalk", "crosstalk between the sensor's channels", &crosstalk, &[1.0], &[]);
+    shelf.add("S4_crosstalk", "crosstalk between the channels", &crosstalk, &[1.0], &[]);
 }
 
 const FORCE_BY_FORCE: [&str; 9] = [
@@ -133,7 +133,7 @@ fn timing(shelf: &mut Shelf) {
     let lag = ParameterPrior::Positive { scale: size("S5_low_pass", "sensor_lag") };
     let delay = ParameterPrior::Positive { scale: size("S5_low_pass", "sensor_delay_error") };
     let entries = [("lag", lag, Role::Size), ("delay", delay, Role::Form)];
-    shelf.add("S5_low_pass", "low-pass and delay of the sensor", &entries, &[0.05, 0.5], &[vec![0.0], vec![1.0]]);
+    shelf.add("S5_low_pass", "low-pass and delay", &entries, &[0.05, 0.5], &[vec![0.0], vec![1.0]]);
 }
 
 /// Step that noise, its own rounding included, does not hide, in standard deviations of that noise.
@@ -154,7 +154,7 @@ fn digits(shelf: &mut Shelf, spans: &Spans) {
     sizes.extend([1.0, 0.3]);
     shelf.add("S6_quantisation", quantisation::NAME, &entries, &sizes, &[]);
     let limit = [("range", ParameterPrior::Below { top, share: 0.2 }, Role::Size)];
-    shelf.add("S6_quantisation", "limits of the sensor's range", &limit, &[0.1, 0.3, 1.0, 3.0], &[]);
+    shelf.add("S6_quantisation", "limited range", &limit, &[0.1, 0.3, 1.0, 3.0], &[]);
 }
 
 fn tool(shelf: &mut Shelf) {
@@ -163,5 +163,5 @@ fn tool(shelf: &mut Shelf) {
     let mut entries = either(shelf, &["tool_mass"], share * if mass > 0.0 { mass } else { 1.0 });
     let centre = size("S8_load", "load_centre_error_x");
     entries.extend(either(shelf, &["tool_centre_x", "tool_centre_y", "tool_centre_z"], centre));
-    shelf.add("S8_load", "mass and centre of the tool that is compensated", &entries, &[1.0], &[]);
+    shelf.add("S8_load", "mass and centre of the tool", &entries, &[1.0], &[]);
 }

@@ -26,7 +26,7 @@ const SHARP: f64 = 0.5;
 const IN_STEP: f64 = 0.24;
 
 /// Name as an effect.
-pub(crate) const NAME: &str = "quantisation of the sensor's reading";
+pub(crate) const NAME: &str = "quantisation";
 /// Name of the size parameter.
 pub(crate) const SIZE: &str = "resolution";
 /// Channels of the forces, and of the moments.

@@ -9,6 +9,7 @@
 use crate::data::grid::Piece;
 use crate::data::state::{BodyState, Poses, RATE_NOISE, REACH};
 use crate::model::block::{MeasuredBlock, MeasuredOutput, Trial};
+use crate::model::place;
 use nalgebra::{DMatrix, UnitQuaternion, Vector3};
 use softdock_campaign::rig::TossRig;
 use softdock_engine::blocks::{BlockKind, simulate};
@@ -56,7 +57,7 @@ pub fn toss_block(rig: &TossRig, pieces: &[Piece], held_out: &dyn Fn(&str) -> bo
         trials,
         stands_alone: true,
         quiet: quiet(rig, tosses.iter().map(|toss| &toss.0)),
-        ..MeasuredBlock::of(BlockKind::Toss.into(), "R5 state to state", base, &rig.tolerance, channels)
+        ..MeasuredBlock::of(BlockKind::Toss.into(), place::TOSS.name, base, &rig.tolerance, channels)
     }
 }
 

@@ -6,7 +6,7 @@
 use crate::data::grid::Piece;
 use crate::data::state::{BodyState, Poses};
 use crate::plants::toss::block::{StateNoise, clear, free_run};
-use crate::verdict::answer::parameters;
+use crate::verdict::estimates::parameters;
 use crate::verdict::free_run::{ErrorReduction, FittedEffect, FreeRun, Median};
 use crate::verdict::judged::Judged;
 use nalgebra::Vector3;

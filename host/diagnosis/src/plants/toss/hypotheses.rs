@@ -41,7 +41,7 @@ fn either(shelf: &Shelf, name: &'static str, sd: f64) -> Entry {
 fn blows(shelf: &mut Shelf) {
     let stiffness = shelf.base("stiffness");
     let factor = ParameterPrior::LogNormal { centre: stiffness, spread: STIFFNESS_FACTOR };
-    shelf.add("K1_stiffness", "stiffness of the contact", &[("stiffness", factor, Role::Size)], &[0.5], &[]);
+    shelf.add("K1_stiffness", "stiffness", &[("stiffness", factor, Role::Size)], &[0.5], &[]);
     let hardening = either(shelf, "hardening", HARDENING);
     shelf.add("K2_exponent", "stiffness that grows with the depth", &[hardening], &[0.5], &[]);
     let restitution = either(shelf, "restitution", RESTITUTION);
@@ -54,7 +54,7 @@ fn friction(shelf: &mut Shelf) {
     let nominal = shelf.base("friction");
     let level = if nominal > 0.0 { nominal } else { 0.1 };
     let coefficient = either(shelf, "friction", size("K4_friction", "contact_friction_error") * level);
-    shelf.add("K4_friction", "friction of the contact", &[coefficient], &[1.0], &[]);
+    shelf.add("K4_friction", "friction", &[coefficient], &[1.0], &[]);
     let entries = [
         ("stribeck", ParameterPrior::Positive { scale: size("K5_stribeck", "contact_stribeck") * level }, Role::Size),
         ("stribeck_speed", ParameterPrior::LogNormal { centre: 0.1, spread: 1.0 }, Role::Form),
@@ -77,12 +77,12 @@ fn plane(shelf: &mut Shelf) {
 fn body(shelf: &mut Shelf) {
     let width = either(shelf, "half_width", WIDTH);
     let corner = either(shelf, "corner_radius", CORNER * shelf.base("half_width"));
-    shelf.add("K11_shape", "size of the body and radius of its corners", &[width, corner], &[0.5], &[]);
+    shelf.add("K11_shape", "size and radius of its corners", &[width, corner], &[0.5], &[]);
     let centre = 0.1 * size("P1_mass", "target_com_error_x");
     let centres = ["centre_x", "centre_y", "centre_z"].map(|name| either(shelf, name, centre));
     let share = size("P1_mass", "inertia_error");
     let inertias = ["inertia_x", "inertia_y", "inertia_z"].map(|name| either(shelf, name, share * shelf.base(name)));
-    shelf.add("P1_mass", "centre and inertia of the body", &[centres, inertias].concat(), &[0.5], &[]);
+    shelf.add("P1_mass", "centre and inertia", &[centres, inertias].concat(), &[0.5], &[]);
 }
 
 fn flight(shelf: &mut Shelf) {
@@ -90,5 +90,5 @@ fn flight(shelf: &mut Shelf) {
     let entries = ["gravity_x", "gravity_y", "gravity_z"].map(|name| either(shelf, name, fall));
     shelf.add("P6_gravity", "free fall, by the scale of lengths and of time", &entries, &[0.5], &[]);
     let entries = [("drag", ParameterPrior::Positive { scale: DRAG }, Role::Size)];
-    shelf.add("P7_drag", "drag of the air", &entries, &[1.0], &[]);
+    shelf.add("P7_drag", "drag", &entries, &[1.0], &[]);
 }

@@ -3,12 +3,12 @@
 use super::regression::{Fit, Regression, Sampled};
 use super::terms::{Cause, Kind, Terms, load};
 use super::{PENALTY, THRESHOLD, Whole, places, sets};
-use crate::data::grid::Finding;
+use crate::inference::identifiability::{BlockIdentifiability, Determination, IdentifiabilityRow};
 use crate::inference::torque_error::RISE;
-use crate::plants::robot::block::{LOAD, axis, coupling};
-use crate::verdict::answer::{
-    BlockAnswer, DiagnosisVerdict, EffectFound, Gain, NotVisible, ParameterEstimate, Residual, RuledOut,
-};
+use crate::model::place::{COUPLINGS, ROBOT, axis};
+use crate::verdict::answer::{BlockAnswer, DiagnosisVerdict, EffectFound, Gain, Residual, RuledOut};
+use crate::verdict::estimates::EffectSize;
+use crate::verdict::estimates::ParameterEstimate;
 use nalgebra::{DMatrix, DVector};
 use softdock_campaign::rig::{COUPLING_EFFECT, LOAD_EFFECT, RobotRig, TILT_EFFECT};
 use softdock_kernels::fields::{Bundle, Field, fields, from_slice};
@@ -96,21 +96,12 @@ pub(super) fn whole(rig: &RobotRig, terms: &Terms, mut regression: Regression, r
             None => break,
         };
     }
+    if !compared(&BTreeSet::new(), &named).confirms() {
+        named.clear();
+    }
     let after = fit(&named);
     let held_out = compared(&BTreeSet::new(), &named);
-    let expected = |cause: usize| regression.expected(&places(causes, &BTreeSet::from([cause])));
     let others = || (0..local).filter(|cause| !named.contains(cause));
-    let hidden = |cause: usize| NotVisible {
-        id: effect(causes[cause].kind).0,
-        name: effect(causes[cause].kind).1,
-        block: block(causes[cause].kind),
-        log_odds: expected(cause),
-    };
-    let not_visible: Vec<NotVisible> = others().map(hidden).filter(|own| own.log_odds < THRESHOLD).collect();
-    if named.is_empty() || !held_out.confirms() {
-        let finding = nothing(&not_visible);
-        return Whole { answer: None, findings: vec![finding], rig: rig.clone() };
-    }
     let ruled_out = others().map(|cause| RuledOut {
         id: effect(causes[cause].kind).0,
         block: block(causes[cause].kind),
@@ -118,68 +109,102 @@ pub(super) fn whole(rig: &RobotRig, terms: &Terms, mut regression: Regression, r
         implausible: false,
         residual: None,
     });
+    let is_found = !named.is_empty();
     let mut ruled_out: Vec<RuledOut> =
-        ruled_out.filter(|own| own.log_odds > THRESHOLD && own.log_odds.is_finite()).collect();
+        ruled_out.filter(|own| is_found && own.log_odds > THRESHOLD && own.log_odds.is_finite()).collect();
     ruled_out.sort_by(|a, b| a.log_odds.total_cmp(&b.log_odds));
     // What is larger on held-out motion than in training is no noise: the intervals cover it.
     let transfer = held_out.residual.after.max(1.0).powi(2);
-    let effects: Vec<EffectFound> =
-        named.iter().map(|cause| found(&causes[*cause], terms, &after, ranking.share(*cause), transfer)).collect();
+    let effects: Vec<EffectFound> = named
+        .iter()
+        .map(|cause| {
+            let odds = [ranking.share(*cause), ranking.lead(*cause)];
+            found(&causes[*cause], terms, &after, odds, transfer)
+        })
+        .collect();
     let answer = BlockAnswer {
-        block: LOAD,
-        answer: DiagnosisVerdict::Named,
+        block: ROBOT.name,
+        answer: if is_found { DiagnosisVerdict::Named } else { DiagnosisVerdict::NoEffect },
         inadequate: Vec::new(),
         possible: Vec::new(),
         form: None,
         partner_missing: Vec::new(),
         log_odds: named.iter().map(|cause| ranking.lead(*cause)).fold(0.0, f64::max),
         threshold: THRESHOLD,
-        gain: Some(held_out.gain),
+        gain: is_found.then_some(held_out.gain),
         residual: held_out.residual,
         torque_error: None,
+        remaining: Vec::new(),
+        fitted: Vec::new(),
         free_run: None,
         held_out: true,
         ruled_out,
-        not_visible,
+        not_visible: Vec::new(),
         confounded: Vec::new(),
         nuisances_beyond_prior: Vec::new(),
         samples: recordings.iter().flat_map(|own| &own.axes).map(DMatrix::nrows).sum(),
         effects,
     };
     let rig = with_errors(rig, &answer.effects);
-    Whole { answer: Some(answer), findings: Vec::new(), rig }
+    Whole {
+        answer: Some(answer),
+        identifiability: Some(identifiability(terms, &regression)),
+        findings: Vec::new(),
+        rig,
+    }
 }
 
-/// Finding of a robot without common causes.
-fn nothing(not_visible: &[NotVisible]) -> Finding {
-    let mut what = "no load at the flange, tilt of the base or coupled motor of the wrist is found".to_owned();
-    if !not_visible.is_empty() {
-        let mut hidden: Vec<&str> = not_visible.iter().map(|own| own.name).collect();
-        hidden.dedup();
-        what += &format!("; not detectable in these motions at a plausible size: {}", hidden.join(", "));
+/// Which causes the motions determine, beside the calibration of all axes.
+fn identifiability(terms: &Terms, regression: &Regression) -> BlockIdentifiability {
+    let causes = terms.causes.iter().filter(|cause| cause.kind != Kind::Local);
+    let row = |cause: &Cause| {
+        let places = places(std::slice::from_ref(cause), &BTreeSet::from([0]));
+        let (deviation, plausible) = (regression.deviation(places[0]), terms.deviations[places[0]]);
+        let log_odds = regression.expected(&places);
+        let (id, name) = effect(cause.kind);
+        let (parameter, unit) = principal(cause.kind);
+        IdentifiabilityRow {
+            id: Some(id),
+            name,
+            parameter: parameter.to_owned(),
+            unit,
+            plausible,
+            deviation,
+            log_odds,
+            determination: Determination::of(deviation / plausible, log_odds, THRESHOLD),
+        }
+    };
+    BlockIdentifiability { block: ROBOT.name, rows: causes.map(row).collect(), confounded: Vec::new() }
+}
+
+/// Parameter that states the size of a cause, with its unit.
+fn principal(kind: Kind) -> (&'static str, &'static str) {
+    match kind {
+        Kind::Load => ("payload", "kg"),
+        Kind::Tilt | Kind::Local => ("tilt_x", "rad"),
+        Kind::Coupling(..) => ("coupling_inertia", "kg m^2"),
     }
-    Finding { recording: LOAD.to_owned(), what }
 }
 
 /// Catalogue id and description of a cause.
 pub(super) fn effect(kind: Kind) -> (&'static str, &'static str) {
     match kind {
-        Kind::Load => (LOAD_EFFECT, "load at the flange"),
-        Kind::Tilt => (TILT_EFFECT, "tilt of the base"),
-        Kind::Coupling(..) => (COUPLING_EFFECT, "coupling of the axis to the one before"),
+        Kind::Load => (LOAD_EFFECT, "mass beyond the model's"),
+        Kind::Tilt => (TILT_EFFECT, "tilt"),
+        Kind::Coupling(..) => (COUPLING_EFFECT, "coupling to the axis before"),
         Kind::Local => ("", "separate errors of every axis"),
     }
 }
 
 fn block(kind: Kind) -> &'static str {
     match kind {
-        Kind::Coupling(axis, _) => coupling(axis),
-        _ => LOAD,
+        Kind::Coupling(axis, _) => COUPLINGS[axis - 1].name,
+        _ => ROBOT.name,
     }
 }
 
-/// A named cause with its parameters; their variances are larger by the factor `transfer`.
-fn found(cause: &Cause, terms: &Terms, fit: &Fit, p: f64, transfer: f64) -> EffectFound {
+/// A named cause with its probability, log-odds and parameters; their variances are larger by the factor `transfer`.
+fn found(cause: &Cause, terms: &Terms, fit: &Fit, [p, log_odds]: [f64; 2], transfer: f64) -> EffectFound {
     let (values, covariance) = fit.of(cause.terms.clone());
     let covariance = transfer * covariance;
     let (names, values, slopes, unit): (&[&str], Vec<f64>, DMatrix<f64>, &[&str]) = match cause.kind {
@@ -225,7 +250,9 @@ fn found(cause: &Cause, terms: &Terms, fit: &Fit, p: f64, transfer: f64) -> Effe
     }
     let (id, name) = effect(cause.kind);
     // In the order of the names, which is that of their terms.
-    EffectFound { id, name, block: block(cause.kind), p, parameters, covariance: rows }
+    let principal = if cause.kind == Kind::Load { &names[..1] } else { names };
+    let size = EffectSize::among(&parameters, principal);
+    EffectFound { id, name, block: block(cause.kind), p, log_odds, size, parameters, covariance: rows }
 }
 
 /// Residuals on held-out motion, before and after, in units of the noise.

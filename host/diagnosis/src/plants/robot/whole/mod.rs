@@ -12,8 +12,9 @@ mod terms;
 use crate::data::grid::{Finding, Piece};
 use crate::data::recordings::Recordings;
 use crate::data::smooth::{SmoothedSignal, motion};
+use crate::inference::identifiability::BlockIdentifiability;
 use crate::model::isolability::BlockView;
-use crate::plants::robot::block::LOAD;
+use crate::model::place::ROBOT;
 use crate::plants::robot::coupling::Instant;
 use crate::plants::robot::links::at;
 use crate::verdict::answer::BlockAnswer;
@@ -43,8 +44,10 @@ const MOST: usize = 3;
 
 /// Errors of a robot as a whole.
 pub(super) struct Whole {
-    /// The answer; `None` without a cause.
+    /// The answer; `None` for recordings that are too short.
     pub(super) answer: Option<BlockAnswer>,
+    /// Which causes the motions determine; `None` without an answer.
+    pub(super) identifiability: Option<BlockIdentifiability>,
     /// Why there is none.
     pub(super) findings: Vec<Finding>,
     /// The robot with the named errors.
@@ -68,7 +71,7 @@ impl Whole {
 pub(super) fn view() -> BlockView {
     let effects = [Kind::Load, Kind::Tilt, Kind::Coupling(1, 1.0)].map(|kind| answer::effect(kind).0);
     BlockView {
-        block: LOAD,
+        block: ROBOT.name,
         inputs: vec!["q of all axes"],
         outputs: vec!["tau of all axes"],
         missing: Vec::new(),
@@ -82,8 +85,8 @@ fn judged<const N: usize>(rig: &RobotRig, recordings: &Recordings, without: &[St
     let held = |piece: &Piece| recordings.is_held_out(&piece.experiment);
     if !pieces.iter().any(|piece| !held(piece)) || !pieces.iter().any(|piece| held(piece)) {
         let what = "the recordings are too short to judge causes that load several axes".to_owned();
-        let findings = vec![Finding { recording: LOAD.to_owned(), what }];
-        return Whole { answer: None, findings, rig: rig.clone() };
+        let findings = vec![Finding { recording: ROBOT.name.to_owned(), what }];
+        return Whole { answer: None, identifiability: None, findings, rig: rig.clone() };
     }
     let motions: Vec<Motion<N>> = pieces.iter().map(|piece| Motion::of(piece)).collect();
     let extents = extents(&motions);

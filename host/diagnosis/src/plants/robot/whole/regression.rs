@@ -137,6 +137,12 @@ impl<'a> Regression<'a> {
         }
     }
 
+    /// Returns the standard deviation of a common term that the recordings alone allow, in its unit.
+    pub(super) fn deviation(&self, place: usize) -> f64 {
+        let (prior, posterior) = (self.terms.deviations[place].powi(2), self.fit(&[place]).covariance[(0, 0)]);
+        (posterior.recip() - prior.recip()).max(0.0).sqrt().recip()
+    }
+
     /// Returns the expected log-odds of a cause of one prior standard deviation against the calibration alone.
     pub(super) fn expected(&self, places: &[usize]) -> f64 {
         let fit = self.fit(places);

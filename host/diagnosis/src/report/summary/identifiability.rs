@@ -1,0 +1,108 @@
+//! Identifiability in words: the short text before the computation, and the tables of the page.
+
+use super::ReportTable;
+use crate::inference::identifiability::{BlockIdentifiability, ConfoundedPair, Determination, IdentifiabilityRow};
+use crate::model::place::place;
+use crate::report::wording::words_and_id;
+use softdock_analysis::number::{significant, with_unit};
+use softdock_kernels::effects::{GROUPS, Group};
+use std::collections::BTreeSet;
+
+/// Returns the identifiability as text: what is weakly or not determined and what is confounded by name, the rest counted.
+pub fn text(blocks: &[BlockIdentifiability]) -> String {
+    let mut out = String::from("Identifiability: what these motions determine of tolerances and plausible sizes\n");
+    for block in blocks {
+        let of = |determination: Determination| {
+            let rows = block.rows.iter().filter(move |row| row.determination == determination);
+            rows.map(words).collect::<BTreeSet<String>>()
+        };
+        let determined = block.rows.iter().filter(|row| row.determination == Determination::Determined).count();
+        out += &format!("  {}: {determined} of {} determined\n", place(block.block), block.rows.len());
+        for determination in [Determination::Weakly, Determination::Not] {
+            let names: Vec<String> = of(determination).into_iter().collect();
+            if !names.is_empty() {
+                out += &format!("    {}: {}\n", determination_words(determination), names.join(", "));
+            }
+        }
+        if !block.confounded.is_empty() {
+            let pairs: Vec<String> = block.confounded.iter().map(|pair| pair_words(block, pair)).collect();
+            out += &format!("    confounded: {}\n", pairs.join(", "));
+        }
+    }
+    out
+}
+
+/// Returns the tables of a block: all rows, and the confounded pairs.
+pub fn tables(block: &BlockIdentifiability) -> Vec<ReportTable> {
+    let row = |row: &IdentifiabilityRow| {
+        vec![
+            words(row),
+            row.parameter.clone(),
+            with_unit(row.plausible, row.unit),
+            with_unit(row.deviation, row.unit),
+            significant(row.log_odds, 3),
+            determination_words(row.determination).to_owned(),
+        ]
+    };
+    let rows = ReportTable {
+        title: "Identifiability",
+        head: vec![
+            "parameter or effect",
+            "size",
+            "tolerance or plausible size",
+            "standard deviation of these recordings",
+            "expected log-odds",
+            "determination",
+        ],
+        rows: block.rows.iter().map(row).collect(),
+        note: "Effects that are weakly or not determined may be present at a plausible size: their absence from the answer is \
+               no evidence against them."
+            .to_owned(),
+    };
+    let pair = |pair: &ConfoundedPair| {
+        let [a, b] = pair.rows.each_ref().map(|key| key_words(block, key));
+        vec![a, b, significant(pair.correlation, 3)]
+    };
+    let confounded = ReportTable {
+        title: "Confounded in these motions",
+        head: vec!["parameter or effect", "with", "correlation"],
+        rows: block.confounded.iter().map(pair).collect(),
+        note: String::new(),
+    };
+    [rows, confounded].into_iter().filter(|table| !table.rows.is_empty()).collect()
+}
+
+/// Returns the motions that determine what these recordings do not, group by group.
+pub(super) fn motions(blocks: &[BlockIdentifiability]) -> Vec<String> {
+    let open = || {
+        let rows = blocks.iter().flat_map(|block| &block.rows);
+        rows.filter(|row| row.determination == Determination::Not).filter_map(|row| row.id)
+    };
+    let step = |group: &Group| {
+        let own: BTreeSet<String> = open().filter(|id| group.members.contains(id)).map(words_and_id).collect();
+        let names: Vec<String> = own.into_iter().collect();
+        (!names.is_empty()).then(|| format!("To determine {}: {}.", names.join(", "), group.splits))
+    };
+    GROUPS.iter().filter_map(step).collect()
+}
+
+fn determination_words(determination: Determination) -> &'static str {
+    match determination {
+        Determination::Not => "not",
+        Determination::Weakly => "weakly",
+        Determination::Determined => "determined",
+    }
+}
+
+fn words(row: &IdentifiabilityRow) -> String {
+    row.id.map_or_else(|| format!("{} ({})", row.name, row.parameter), words_and_id)
+}
+
+fn key_words(block: &BlockIdentifiability, key: &str) -> String {
+    block.rows.iter().find(|row| row.key() == key).map_or_else(|| key.to_owned(), words)
+}
+
+fn pair_words(block: &BlockIdentifiability, pair: &ConfoundedPair) -> String {
+    let [a, b] = pair.rows.each_ref().map(|key| key_words(block, key));
+    format!("{a} with {b}")
+}
