@@ -1,8 +1,9 @@
 //! `softdock bench diagnosis` as a process: scores of finished cases, and rejections.
 
-use softdock_bench::plan::{Extent, WantedCases, plan};
+use softdock_bench::plan::{Extent, MachineKind, WantedCases, plan};
 use softdock_bench::record::{CaseRecord, Cost, Ledger, RecordedAnswer, RecordedVerdict, SealLine};
 use softdock_bench::seal::{SealedTruth, seal};
+use softdock_bench::sizing::Hiding;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
@@ -18,9 +19,9 @@ fn text(bytes: &[u8]) -> String {
 
 /// Writes a results folder in which the first case, a null, has the right answer.
 fn begun(folder: &Path) {
-    let wanted = WantedCases { extent: Extent::Ci, plants: Vec::new(), draws: None };
+    let wanted = WantedCases { extent: Extent::Ci, machine: MachineKind::Exact, plants: Vec::new(), draws: None };
     let case = plan(&wanted).expect("the drive")[0];
-    let sealed = seal(folder, &SealedTruth::of(&case, &[], None)).expect("writable");
+    let sealed = seal(folder, &SealedTruth::of(&case, &Hiding::default(), None)).expect("writable");
     let ledger = Ledger::open(folder, 1, 1).expect("writable");
     ledger.seal(&SealLine { case: case.id(), sealed: sealed.clone() }).expect("writable");
     let answer = RecordedAnswer {
@@ -47,7 +48,7 @@ fn finished_cases_are_scored_and_missing_ones_reported() {
     assert_eq!(output.status.code(), Some(3), "{beside}");
     assert!(
         printed.starts_with("Cases diagnosed: 1")
-            && printed.contains("false alarms where nothing is hidden: none: 0 of 1"),
+            && printed.contains("false alarms where nothing is hidden: at most 1 %: 0 of 1"),
         "{printed}"
     );
     assert!(beside.contains("cases are missing; the same command resumes"), "{beside}");

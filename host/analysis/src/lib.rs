@@ -33,7 +33,7 @@ pub use compare_results::{ResultsComparison, ResultsInput, compare_results, comp
 pub use content::Content;
 pub use error::AnalysisError;
 pub(crate) use error::Result;
-pub use exact::Share;
+pub use exact::{READING_CONFIDENCE, Share, clopper_pearson};
 pub use facts::{CampaignFacts, InvalidRuns};
 pub use judgement::Judge;
 pub use plots::map::{MapCurve, map_page, map_text};

@@ -20,6 +20,7 @@ pub mod record;
 mod recordings_folder;
 pub mod score;
 pub mod seal;
+pub mod sizing;
 pub mod summary_text;
 pub mod trial;
 mod true_gain;

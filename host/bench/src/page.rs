@@ -2,10 +2,11 @@
 
 use crate::Result;
 use crate::outcome::AnswerGrade;
+use crate::plan::MachineKind;
 use crate::plant::order;
-use crate::score::{GauntletScore, Row, median};
+use crate::score::{DemandStatus, GauntletScore, Row, median};
 use crate::seal::Asks;
-use crate::summary_text::{asks, found, met, shared};
+use crate::summary_text::{found, name, shared};
 use serde::Serialize;
 use softdock_analysis::STYLE;
 use softdock_analysis::number::significant;
@@ -71,7 +72,11 @@ pub fn page(score: &GauntletScore, command: &str) -> Result<String> {
         cases: score.cases,
         unasked: score.unasked.len(),
         hours: score.seconds.map(|seconds| significant(seconds / 3600.0, 3)),
-        marks: score.marks.iter().map(|mark| [met(mark).to_owned(), mark.demand.clone(), found(mark)]).collect(),
+        marks: score
+            .marks
+            .iter()
+            .map(|mark| [mark.status.word().to_owned(), mark.demand.clone(), found(mark)])
+            .collect(),
         outcomes: AnswerGrade::ALL.map(AnswerGrade::word).into(),
         rows: score.rows.iter().map(line).collect(),
         confusion: confusions(&score.rows),
@@ -105,9 +110,10 @@ pub fn page(score: &GauntletScore, command: &str) -> Result<String> {
 }
 
 fn headline(score: &GauntletScore) -> String {
-    let asked = score.marks.iter().filter(|mark| mark.met.is_some()).count();
-    let met = score.marks.iter().filter(|mark| mark.met == Some(true)).count();
-    format!("{met} of {asked} criteria are met.")
+    let count = |status: DemandStatus| score.marks.iter().filter(|mark| mark.status == status).count();
+    let asked = score.marks.len() - count(DemandStatus::NoCases);
+    let (met, refuted) = (count(DemandStatus::Met), count(DemandStatus::Refuted));
+    format!("{met} of {asked} criteria are met, {refuted} are refuted.")
 }
 
 fn multiple(row: &Row) -> String {
@@ -120,7 +126,7 @@ fn line(row: &Row) -> Line {
         Some(count) => count.to_string(),
     };
     Line {
-        hidden: format!("{} {} {}", row.plant, asks(row), row.hidden),
+        hidden: name(row),
         multiple: multiple(row),
         scale: row.scale.map_or(String::new(), |scale| significant(scale, 3)),
         right: if row.cases > 0 { format!("{} of {}", row.right, row.cases) } else { "out of range".to_owned() },
@@ -130,13 +136,14 @@ fn line(row: &Row) -> Line {
 
 /// One matrix a plant and size of its single effects and nulls.
 fn confusions(rows: &[Row]) -> Vec<Confusion> {
-    let mut groups: BTreeMap<(&str, u64), Vec<&Row>> = BTreeMap::new();
+    let mut groups: BTreeMap<(&str, MachineKind, u64), Vec<&Row>> = BTreeMap::new();
     let inside = |row: &&Row| row.cases > 0 && matches!(row.asks, Asks::Effect | Asks::Outside);
     for row in rows.iter().filter(inside) {
-        groups.entry((&row.plant, row.multiple.to_bits())).or_default().push(row);
+        groups.entry((&row.plant, row.machine, row.multiple.to_bits())).or_default().push(row);
     }
-    let of = |((plant, multiple), mut own): ((&str, u64), Vec<&Row>)| {
-        own.extend(rows.iter().filter(|row| row.plant == plant && row.asks == Asks::Null && row.cases > 0));
+    let of = |((plant, machine, multiple), mut own): ((&str, MachineKind, u64), Vec<&Row>)| {
+        let is_same = |row: &&Row| row.plant == plant && row.machine == machine;
+        own.extend(rows.iter().filter(is_same).filter(|row| row.asks == Asks::Null && row.cases > 0));
         let answers: BTreeSet<&String> = own.iter().flat_map(|row| row.answers.keys()).collect();
         let mut answers: Vec<&String> = answers.into_iter().collect();
         answers.sort_by_key(|answer| order(answer));
@@ -149,12 +156,17 @@ fn confusions(rows: &[Row]) -> Vec<Confusion> {
             (name, answers.iter().map(cell).collect())
         };
         Confusion {
-            title: format!("{plant}, {} s*", f64::from_bits(multiple)),
+            title: format!("{plant}{}, {} s*", suffix(machine), f64::from_bits(multiple)),
             rows: own.iter().map(cells).collect(),
             answers: answers.into_iter().cloned().collect(),
         }
     };
     groups.into_iter().map(of).collect()
+}
+
+/// The kind of machine after the name of a plant; nothing for an exact one.
+fn suffix(machine: MachineKind) -> String {
+    if machine == MachineKind::Exact { String::new() } else { format!(", {} machine", machine.word()) }
 }
 
 /// Frequency over stated probability, with exact intervals.
@@ -178,16 +190,16 @@ fn curve(score: &GauntletScore) -> Result<Option<String>> {
 
 /// Errors of each parameter by size: number, median error of the parameter, over its bound, intervals that hold.
 fn parameters(score: &GauntletScore) -> Vec<[String; 6]> {
-    let mut groups: BTreeMap<(&str, u64), Vec<&crate::parameters::ParameterError>> = BTreeMap::new();
+    let mut groups: BTreeMap<(&str, MachineKind, u64), Vec<&crate::parameters::ParameterError>> = BTreeMap::new();
     for own in &score.parameters {
-        groups.entry((&own.name, own.multiple.to_bits())).or_default().push(own);
+        groups.entry((&own.name, own.machine, own.multiple.to_bits())).or_default().push(own);
     }
     let number = |value: Option<f64>| value.map_or(String::new(), |value| significant(value, 3));
-    let of = |((name, multiple), own): ((&str, u64), Vec<&crate::parameters::ParameterError>)| {
+    let of = |((name, machine, multiple), own): ((&str, MachineKind, u64), Vec<&crate::parameters::ParameterError>)| {
         let held: Vec<bool> = own.iter().filter_map(|own| own.held).collect();
         let covered = held.iter().filter(|held| **held).count();
         [
-            name.to_owned(),
+            format!("{name}{}", suffix(machine)),
             format!("{} s*", f64::from_bits(multiple)),
             own.len().to_string(),
             number(median(own.iter().map(|own| 100.0 * own.relative))),

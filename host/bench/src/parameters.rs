@@ -1,7 +1,8 @@
 //! Parameter errors of right answers: error, Cramer-Rao bound, interval coverage.
 
+use crate::plan::MachineKind;
 use crate::plant::{Alias, From, GauntletPlant};
-use crate::record::{RecordedAnswer, RecordedEstimate};
+use crate::record::{NamedCause, RecordedAnswer, RecordedEstimate};
 use crate::seal::{Hidden, SealedTruth};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -9,6 +10,10 @@ use std::collections::BTreeMap;
 /// Error of a parameter against the truth.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ParameterError {
+    /// The case.
+    pub case: String,
+    /// Its machine.
+    pub machine: MachineKind,
     /// Effect and parameter, by the generator's names.
     pub name: String,
     /// Size of the effect, in multiples of its detection limit.
@@ -36,13 +41,39 @@ pub fn compared(plant: &GauntletPlant, truth: &SealedTruth, answer: &RecordedAns
         let Some(found) = answer.effects.iter().find(|effect| plant.is_right(&hidden.id, &effect.id)) else {
             continue;
         };
-        all.extend(plant.aliases(&hidden.id).filter_map(|alias| one(alias, truth, &found.parameters)));
+        all.extend(of_cause(plant, truth, hidden, found));
     }
     all
 }
 
-fn one(alias: &Alias, truth: &SealedTruth, found: &BTreeMap<String, RecordedEstimate>) -> Option<ParameterError> {
-    let hidden = truth.hidden.iter().find(|hidden| hidden.id == alias.effect)?;
+/// Largest relative error of a size that is about the true one.
+const ABOUT: f64 = 0.5;
+
+/// Returns whether a named cause has about the size of a true effect: its error is at most half of the size, or its 95 %
+/// interval contains the truth. A cause without comparable parameters agrees by its name alone.
+pub fn is_about(plant: &GauntletPlant, truth: &SealedTruth, hidden: &Hidden, found: &NamedCause) -> bool {
+    let all: Vec<ParameterError> = of_cause(plant, truth, hidden, found).collect();
+    let has_size = all.iter().any(|own| own.is_size);
+    let mut compared = all.iter().filter(|own| own.is_size || !has_size);
+    compared.all(|own| own.relative <= ABOUT || own.held == Some(true))
+}
+
+/// Returns the errors of a named cause against a true effect.
+fn of_cause(
+    plant: &GauntletPlant,
+    truth: &SealedTruth,
+    hidden: &Hidden,
+    found: &NamedCause,
+) -> impl Iterator<Item = ParameterError> {
+    plant.aliases(&hidden.id).filter_map(move |alias| one(alias, truth, hidden, &found.parameters))
+}
+
+fn one(
+    alias: &Alias,
+    truth: &SealedTruth,
+    hidden: &Hidden,
+    found: &BTreeMap<String, RecordedEstimate>,
+) -> Option<ParameterError> {
     let place = hidden.parameters.iter().position(|parameter| parameter.name == alias.parameter)?;
     let parameter = &hidden.parameters[place];
     let estimates: Vec<&RecordedEstimate> =
@@ -55,6 +86,8 @@ fn one(alias: &Alias, truth: &SealedTruth, found: &BTreeMap<String, RecordedEsti
     let sd = deviation(&estimates, value);
     let error = (value - expected).abs();
     Some(ParameterError {
+        case: truth.case.clone(),
+        machine: truth.machine,
         name: name(alias),
         multiple: truth.multiple,
         is_size: place == 0 && !matches!(alias.from, From::Along(..)),
@@ -142,6 +175,21 @@ mod tests {
         let found = compared(sensor, &truth, &answer);
         assert_eq!((found.len(), found[0].held, found[0].is_size), (1, Some(true), false));
         assert!((found[0].error - 0.03).abs() < 1e-12 && (found[0].relative - 0.02).abs() < 1e-12, "{found:?}");
+    }
+
+    #[test]
+    fn perturbation_is_confirmed_by_its_size_not_by_its_name_alone() {
+        let mut truth = truth(Asks::Null, &[]);
+        let parameters = vec![number("level", 0.5, "N m")];
+        truth.perturbations = vec![Hidden { id: "J1_coulomb".to_owned(), scale: None, parameters }];
+        truth.nuisances = vec![number("coulomb_factor", 1.0, "")];
+        let named = |value: f64| {
+            let mut answer = answer(RecordedVerdict::Named, &["J1_coulomb"]);
+            let estimate = RecordedEstimate { value, lo: value - 0.1, hi: value + 0.1, sd: 0.05, nominal: 20.0 };
+            answer.effects[0].parameters.insert("coulomb".to_owned(), estimate);
+            is_about(&PLANTS[0], &truth, &truth.perturbations[0], &answer.effects[0])
+        };
+        assert_eq!([20.4, 20.7, 22.0, 19.5].map(named), [true, true, false, false]);
     }
 
     #[test]

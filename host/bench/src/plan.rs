@@ -2,6 +2,7 @@
 
 use crate::plant::{GauntletPlant, PLANTS, plant};
 use crate::{GauntletError, Result};
+use serde::{Deserialize, Serialize};
 use softdock_gauntlet::{EffectCase, NoiseColour};
 use softdock_kernels::effects::share_group;
 
@@ -27,11 +28,42 @@ impl Extent {
     }
 }
 
+/// Machine in which effects are hidden.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum MachineKind {
+    /// The model with parameters drawn within its tolerances.
+    #[default]
+    Exact,
+    /// The same with three to eight further small deviations from the model.
+    Perturbed,
+}
+
+impl MachineKind {
+    /// Every kind: its word on a command line, its meaning, its value.
+    pub const NAMED: [(&'static str, &'static str, Self); 2] = [
+        ("exact", "The model, with parameters drawn within its tolerances", Self::Exact),
+        ("perturbed", "The same with 3 to 8 further small deviations from the model", Self::Perturbed),
+    ];
+
+    /// The word on a command line.
+    pub fn word(self) -> &'static str {
+        Self::NAMED[self as usize].0
+    }
+
+    /// The word before a task in names; none for an exact machine.
+    pub fn prefix(self) -> String {
+        if self == Self::Exact { String::new() } else { format!("{}.", self.word()) }
+    }
+}
+
 /// Selection of cases.
 #[derive(Clone, Debug)]
 pub struct WantedCases {
     /// Extent.
     pub extent: Extent,
+    /// Machine.
+    pub machine: MachineKind,
     /// Names of plants; all if empty.
     pub plants: Vec<String>,
     /// Draws of every effect and size, instead of those of the extent.
@@ -58,6 +90,8 @@ pub enum CaseTask {
 pub struct Case {
     /// The plant.
     pub plant: &'static GauntletPlant,
+    /// Machine in which the effects are hidden.
+    pub machine: MachineKind,
     /// Task.
     pub task: CaseTask,
     /// Size, in multiples of the detection limit; 0 where nothing is hidden.
@@ -110,23 +144,26 @@ fn plants(names: &[String], extent: Extent) -> Result<Vec<&'static GauntletPlant
 /// Draws of nulls, and of everything that is hidden.
 struct Counts {
     extent: Extent,
+    machine: MachineKind,
     nulls: u64,
     hidden: u64,
 }
 
 impl Counts {
     fn of(wanted: &WantedCases, plant: &GauntletPlant) -> Self {
-        let (extent, nulls, hidden) = match wanted.extent {
-            Extent::Ci => (Extent::Ci, 3, 1),
-            Extent::Full if plant.slow => (Extent::Full, 3 * FEW_DRAWS, FEW_DRAWS),
+        let WantedCases { extent, machine, .. } = *wanted;
+        let (nulls, hidden) = match extent {
+            Extent::Ci => (3, 1),
+            Extent::Full if plant.slow => (3 * FEW_DRAWS, FEW_DRAWS),
             // 300 nulls without an alarm bound the rate of false alarms by 1 %.
-            Extent::Full => (Extent::Full, 300, 20),
+            Extent::Full => (300, 20),
         };
-        match wanted.draws {
-            None => Self { extent, nulls, hidden },
-            Some(draws) if draws < hidden => Self { extent, nulls: nulls.min(3 * draws), hidden: draws },
-            Some(draws) => Self { extent, nulls, hidden: draws },
-        }
+        let (nulls, hidden) = match wanted.draws {
+            None => (nulls, hidden),
+            Some(draws) if draws < hidden => (nulls.min(3 * draws), draws),
+            Some(draws) => (nulls, draws),
+        };
+        Self { extent, machine, nulls, hidden }
     }
 
     fn most(&self) -> u64 {
@@ -140,10 +177,15 @@ impl Counts {
             asked.push((CaseTask::Null, 0.0));
         }
         if draw < self.hidden {
-            asked.extend(if self.extent == Extent::Ci { few(plant) } else { all(plant) });
+            asked.extend(match (self.machine, self.extent) {
+                (MachineKind::Exact, Extent::Ci) => few(plant),
+                (MachineKind::Exact, Extent::Full) => all(plant),
+                (MachineKind::Perturbed, Extent::Ci) => perturbed(plant, 2, 1),
+                (MachineKind::Perturbed, Extent::Full) => perturbed(plant, 1, PAIRS),
+            });
         }
-        let noise = NoiseColour::ALL[draw as usize % NoiseColour::ALL.len()];
-        asked.into_iter().map(|(task, multiple)| Case { plant, task, multiple, draw, noise }).collect()
+        let (machine, noise) = (self.machine, NoiseColour::ALL[draw as usize % NoiseColour::ALL.len()]);
+        asked.into_iter().map(|(task, multiple)| Case { plant, machine, task, multiple, draw, noise }).collect()
     }
 }
 
@@ -175,6 +217,12 @@ fn few(plant: &'static GauntletPlant) -> Vec<(CaseTask, f64)> {
     asked
 }
 
+/// Every `step`-th effect at the size where it should be named, and pairs.
+fn perturbed(plant: &'static GauntletPlant, step: usize, most: usize) -> Vec<(CaseTask, f64)> {
+    let effects = plant.effects().step_by(step).map(|effect| (CaseTask::Effect(effect), TELLING));
+    effects.chain(pairs(plant, most).into_iter().map(|(a, b)| (CaseTask::Pair(a, b), PAIRED))).collect()
+}
+
 /// Pairs of effects that no group has in common, spread evenly over all such pairs.
 fn pairs(plant: &GauntletPlant, most: usize) -> Vec<(&'static EffectCase, &'static EffectCase)> {
     let effects: Vec<&'static EffectCase> = plant.effects().collect();
@@ -200,7 +248,7 @@ impl Case {
             CaseTask::LeftOut(effect) => format!("left_out.{}", effect.id),
             CaseTask::Pair(a, b) => format!("pair.{}+{}", a.id, b.id),
         };
-        format!("{}.{what}", self.plant.name)
+        format!("{}.{}{what}", self.plant.name, self.machine.prefix())
     }
 
     /// Returns the hidden effects.
@@ -220,11 +268,14 @@ impl Case {
             CaseTask::Effect(effect) | CaseTask::Outside(effect) | CaseTask::LeftOut(effect) => effect.id,
             CaseTask::Pair(..) => "pairs",
         };
-        let text = format!("{} {hidden} {}", self.plant.name, self.draw);
-        let hash = blake3::hash(text.as_bytes());
-        // Four bytes: a seed that can be read, typed and kept exactly by any program.
-        u64::from(u32::from_le_bytes(hash.as_bytes()[..4].try_into().expect("four of 32 bytes")))
+        seed(&format!("{} {}{hidden} {}", self.plant.name, self.machine.prefix(), self.draw))
     }
+}
+
+/// Returns the seed that belongs to a text: four bytes of its hash, so that any program reads it exactly.
+pub(crate) fn seed(text: &str) -> u64 {
+    let hash = blake3::hash(text.as_bytes());
+    u64::from(u32::from_le_bytes(hash.as_bytes()[..4].try_into().expect("four of 32 bytes")))
 }
 
 /// Returns the cases of worker `number` (from 1) of `of` workers. Cases with the same seed stay together, so that no
@@ -246,57 +297,4 @@ pub fn shard(cases: Vec<Case>, number: usize, of: usize) -> Vec<Case> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use std::collections::BTreeSet;
-
-    fn full(plants: &[&str]) -> Vec<Case> {
-        let plants = plants.iter().map(|name| (*name).to_owned()).collect();
-        plan(&WantedCases { extent: Extent::Full, plants, draws: None }).expect("plants that there are")
-    }
-
-    #[test]
-    fn case_ids_are_unique_and_a_quick_plant_has_300_nulls() {
-        let cases = full(&[]);
-        let ids: BTreeSet<String> = cases.iter().map(Case::id).collect();
-        assert_eq!(ids.len(), cases.len());
-        assert!(ids.iter().all(|id| id.chars().all(|c| c.is_ascii_alphanumeric() || "._+".contains(c))), "{ids:?}");
-        let nulls = cases.iter().filter(|case| case.task == CaseTask::Null && case.plant.name == "drive");
-        let colours = NoiseColour::ALL.map(|colour| nulls.clone().filter(|case| case.noise == colour).count());
-        assert_eq!(colours, [100; 3]);
-    }
-
-    #[test]
-    fn slow_plant_has_four_draws_of_detectable_effects() {
-        let cases = full(&["facility"]);
-        let draws =
-            |task: &dyn Fn(&CaseTask) -> bool| cases.iter().filter(|case| task(&case.task)).map(|case| case.draw).max();
-        assert_eq!(draws(&|task| matches!(task, CaseTask::Effect(_))), Some(3));
-        assert_eq!(draws(&|task| *task == CaseTask::Null), Some(11));
-        assert!(cases.iter().all(|case| case.task == CaseTask::Null || [4.0, 16.0].contains(&case.multiple)));
-    }
-
-    #[test]
-    fn shards_share_the_plan_and_keep_a_seed_together() {
-        let cases = full(&["drive"]);
-        let shards: Vec<Vec<Case>> = (1..=3).map(|number| shard(cases.clone(), number, 3)).collect();
-        let ids: BTreeSet<String> = shards.iter().flatten().map(Case::id).collect();
-        assert_eq!((ids.len(), shards.iter().map(Vec::len).sum::<usize>()), (cases.len(), cases.len()));
-        let seeds = |cases: &Vec<Case>| cases.iter().map(Case::seed).collect::<BTreeSet<u64>>();
-        assert!(seeds(&shards[0]).is_disjoint(&seeds(&shards[1])));
-    }
-
-    #[test]
-    fn paired_effects_share_no_group() {
-        let pairs = pairs(&PLANTS[0], PAIRS);
-        assert_eq!(pairs.len(), PAIRS);
-        assert!(pairs.iter().all(|(a, b)| !share_group(a.id, b.id)));
-    }
-
-    #[test]
-    fn unknown_plant_is_rejected_with_the_list_of_plants() {
-        let wanted = WantedCases { extent: Extent::Ci, plants: vec!["wheel".to_owned()], draws: None };
-        let message = plan(&wanted).expect_err("no such plant").to_string();
-        assert!(message.contains("wheel") && message.contains("drive"), "{message}");
-    }
-}
+mod tests;

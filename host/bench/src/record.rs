@@ -18,24 +18,37 @@ pub enum RecordedVerdict {
     Refused,
     /// No effect.
     NoEffect,
+    /// No verdict: another block, itself unexplained, may cause the residual.
+    Withheld,
     /// No practical effect.
     NoPracticalEffect,
     /// Named causes.
     Named,
     /// One of several causes.
     Ambiguous,
-    /// A cause outside the library, or an inadequate model: no cause is named.
+    /// A cause outside the library.
     NotInLibrary,
+    /// An inadequate model: what explains these recordings best is impossible or implausible.
+    ModelInadequate,
+}
+
+impl RecordedVerdict {
+    /// Returns whether it is a model error without a cause.
+    pub fn is_open(self) -> bool {
+        matches!(self, Self::NotInLibrary | Self::ModelInadequate)
+    }
 }
 
 impl From<DiagnosisVerdict> for RecordedVerdict {
     fn from(verdict: DiagnosisVerdict) -> Self {
         match verdict {
-            DiagnosisVerdict::NoEffect | DiagnosisVerdict::Withheld => Self::NoEffect,
+            DiagnosisVerdict::NoEffect => Self::NoEffect,
+            DiagnosisVerdict::Withheld => Self::Withheld,
             DiagnosisVerdict::NoPracticalEffect => Self::NoPracticalEffect,
             DiagnosisVerdict::Named => Self::Named,
             DiagnosisVerdict::Ambiguous => Self::Ambiguous,
-            DiagnosisVerdict::NotInLibrary | DiagnosisVerdict::ModelInadequate => Self::NotInLibrary,
+            DiagnosisVerdict::NotInLibrary => Self::NotInLibrary,
+            DiagnosisVerdict::ModelInadequate => Self::ModelInadequate,
         }
     }
 }
@@ -166,8 +179,14 @@ pub struct ScaleLine {
     pub effect: String,
     /// The seed.
     pub seed: u64,
+    /// The generator's ids of the perturbations of the machine; their sizes follow from the seed.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub perturbations: Vec<String>,
     /// Detection limit; `None` if no size in the range of the generator is detectable.
     pub scale: Option<DetectionLimit>,
+    /// Tolerance of the model on what the effect changes, in the effect's unit; `None` if the model has none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tolerance: Option<f64>,
 }
 
 /// Prefixes of the files with seals, finished cases and detection limits, one of each per worker.

@@ -1,7 +1,8 @@
 //! Sealed truth of a case: written before the diagnosis begins, opened and verified for the score.
 
 use crate::oracle::DetectionLimit;
-use crate::plan::{Case, CaseTask};
+use crate::plan::{Case, CaseTask, MachineKind};
+use crate::sizing::Hiding;
 use crate::{GauntletError, Result};
 use serde::{Deserialize, Serialize};
 use softdock_gauntlet::{Parameter, Set};
@@ -15,6 +16,9 @@ pub struct SealedTruth {
     pub case: String,
     /// Name of the plant.
     pub plant: String,
+    /// Machine in which the effects are hidden.
+    #[serde(default)]
+    pub machine: MachineKind,
     /// Task.
     pub asks: Asks,
     /// Size, in multiples of the detection limit; 0 where nothing is hidden.
@@ -23,6 +27,9 @@ pub struct SealedTruth {
     pub seed: u64,
     /// Hidden effects; empty for a null case.
     pub hidden: Vec<Hidden>,
+    /// Small deviations of a perturbed machine from the model; empty for an exact one.
+    #[serde(default)]
+    pub perturbations: Vec<Hidden>,
     /// Nuisance parameters drawn within the model's tolerances.
     pub nuisances: Vec<Number>,
 }
@@ -66,20 +73,21 @@ pub struct Number {
 }
 
 impl SealedTruth {
-    /// Builds the truth of a case from the detection limits; `set` is `None` for a size beyond the range of the
-    /// generator.
-    pub fn of(case: &Case, scales: &[Option<DetectionLimit>], set: Option<&Set>) -> Self {
+    /// Builds the truth of a case from its sizes; `set` is `None` for a size beyond the range of the generator.
+    pub fn of(case: &Case, hiding: &Hiding, set: Option<&Set>) -> Self {
         let numbers = |list: &[Parameter]| -> Vec<Number> {
             list.iter().map(|p| Number { name: p.name.into(), value: p.value, unit: p.unit.into() }).collect()
         };
-        let parameters = |id: &str| {
-            let hidden = set.and_then(|set| set.truth.hidden.iter().find(|hidden| hidden.id == id));
-            hidden.map_or_else(Vec::new, |hidden| numbers(&hidden.parameters))
+        let sealed = |id: &str, scale: &Option<DetectionLimit>| {
+            let own = set.and_then(|set| set.truth.hidden.iter().find(|hidden| hidden.id == id));
+            let parameters = own.map_or_else(Vec::new, |own| numbers(&own.parameters));
+            Hidden { id: id.to_owned(), scale: scale.clone(), parameters }
         };
-        let hidden = case.hidden().into_iter().zip(scales);
+        let hidden = case.hidden();
         Self {
             case: case.id(),
             plant: case.plant.name.to_owned(),
+            machine: case.machine,
             asks: match case.task {
                 CaseTask::Null => Asks::Null,
                 CaseTask::Effect(_) => Asks::Effect,
@@ -89,21 +97,10 @@ impl SealedTruth {
             },
             multiple: case.multiple,
             seed: case.seed(),
-            hidden: hidden
-                .map(|(effect, scale)| Hidden {
-                    id: effect.id.to_owned(),
-                    scale: scale.clone(),
-                    parameters: parameters(effect.id),
-                })
-                .collect(),
+            hidden: hidden.iter().zip(&hiding.scales).map(|(effect, scale)| sealed(effect.id, scale)).collect(),
+            perturbations: hiding.perturbations.iter().map(|own| sealed(own.id, &None)).collect(),
             nuisances: set.map_or_else(Vec::new, |set| numbers(&set.truth.nuisances)),
         }
-    }
-
-    /// Returns the true value of a hidden parameter.
-    pub fn parameter(&self, effect: &str, name: &str) -> Option<f64> {
-        let hidden = self.hidden.iter().find(|hidden| hidden.id == effect)?;
-        hidden.parameters.iter().find(|parameter| parameter.name == name).map(|parameter| parameter.value)
     }
 
     /// Returns the drawn value of a nuisance parameter.
@@ -143,14 +140,14 @@ pub fn open(folder: &Path, case: &str, hash: &str) -> Result<SealedTruth> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plan::{Extent, WantedCases, plan};
+    use crate::plan::{Extent, MachineKind, WantedCases, plan};
 
     #[test]
     fn changed_truth_is_rejected() {
         let folder = tempfile::tempdir().expect("a folder");
-        let wanted = WantedCases { extent: Extent::Ci, plants: Vec::new(), draws: None };
+        let wanted = WantedCases { extent: Extent::Ci, machine: MachineKind::Exact, plants: Vec::new(), draws: None };
         let case = plan(&wanted).expect("the usual plants")[0];
-        let truth = SealedTruth::of(&case, &[], None);
+        let truth = SealedTruth::of(&case, &Hiding::default(), None);
         let hash = seal(folder.path(), &truth).expect("writable");
         assert_eq!(open(folder.path(), &case.id(), &hash).expect("unchanged"), truth);
         let path = place(folder.path(), &case.id());

@@ -1,5 +1,6 @@
 //! Text of a score for the terminal.
 
+use crate::plan::MachineKind;
 use crate::score::{AcceptanceCriterion, Failure, GauntletScore, MethodRow, Row};
 use softdock_analysis::Share;
 use softdock_analysis::number::{digits_of, significant};
@@ -31,16 +32,7 @@ fn hours(seconds: f64) -> String {
 
 /// Returns the line of a criterion: status, demand, result.
 fn line(mark: &AcceptanceCriterion) -> String {
-    format!("  {:<8} {}: {}", met(mark), mark.demand, found(mark))
-}
-
-/// Returns the status of a criterion.
-pub fn met(mark: &AcceptanceCriterion) -> &'static str {
-    match mark.met {
-        Some(true) => "met",
-        Some(false) => "NOT MET",
-        None => "-",
-    }
+    format!("  {:<11}  {}: {}", mark.status.word(), mark.demand, found(mark))
 }
 
 /// Returns the result of a criterion.
@@ -64,7 +56,7 @@ pub fn shared(share: &Share) -> String {
 fn names(rows: &[Row]) -> String {
     let mut hidden: BTreeMap<(usize, String), Vec<&Row>> = BTreeMap::new();
     for (place, row) in rows.iter().enumerate() {
-        let name = format!("{} {} {}", row.plant, asks(row), row.hidden);
+        let name = name(row);
         let place = hidden.keys().find(|key| key.1 == name).map_or(place, |key| key.0);
         hidden.entry((place, name)).or_default().push(row);
     }
@@ -86,8 +78,14 @@ fn sized(row: &Row) -> String {
     }
 }
 
+/// Returns plant, machine unless exact, task and hidden effects of a row.
+pub fn name(row: &Row) -> String {
+    let machine = if row.machine == MachineKind::Exact { String::new() } else { format!("{} ", row.machine.word()) };
+    format!("{} {machine}{} {}", row.plant, asks(row), row.hidden)
+}
+
 /// Returns the name of a row's task.
-pub fn asks(row: &Row) -> &'static str {
+fn asks(row: &Row) -> &'static str {
     use crate::seal::Asks;
     match row.asks {
         Asks::Null => "nothing",

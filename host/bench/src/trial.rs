@@ -2,14 +2,11 @@
 //! truth.
 
 use crate::baseline::Baselines;
-use crate::oracle::{DetectionLimit, Oracle, multiplied};
-use crate::plan::{Case, CaseTask};
-use crate::plant::{hides_others, is_random};
-use crate::record::{
-    CaseRecord, Ledger, NamedCause, RecordedAnswer, RecordedEstimate, RecordedVerdict, ScaleLine, SealLine, scales,
-};
+use crate::plan::{Case, CaseTask, MachineKind};
+use crate::record::{CaseRecord, Ledger, NamedCause, RecordedAnswer, RecordedEstimate, RecordedVerdict, SealLine};
 use crate::recordings_folder::{RecordingsFolder, read};
 use crate::seal::{SealedTruth, seal};
+use crate::sizing::Oracles;
 use crate::true_gain::true_gain;
 use crate::{GauntletError, Result};
 use softdock_diagnosis::diagnosis::{Diagnosis, DiagnosisOptions};
@@ -17,7 +14,7 @@ use softdock_diagnosis::inference::evidence::evidence;
 use softdock_diagnosis::propose::experiment::ProposedExperiment;
 use softdock_diagnosis::verdict::answer::{BlockAnswer, Bounds, EffectFound};
 use softdock_diagnosis::verdict::judged::Judged;
-use softdock_gauntlet::{CommandedPath, EffectCase, Hidden, Stronger, follow, further, generate};
+use softdock_gauntlet::{CommandedPath, Hidden, follow, further, generate};
 use softdock_kernels::effects::code;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -36,53 +33,13 @@ pub struct TrialRunner<'a> {
     baselines: Baselines,
 }
 
-/// Oracles of the last seed, and the detection limits of all workers.
-#[derive(Default)]
-struct Oracles<'a> {
-    ledger: Option<&'a Ledger>,
-    limits: Vec<ScaleLine>,
-    asked: Vec<Asked>,
-}
-
-/// Hidden effects of a case with their sizes.
-struct Hiding {
-    scales: Vec<Option<DetectionLimit>>,
-    /// `None` if the sizes are beyond the range of the generator.
-    hidden: Option<Vec<Hidden>>,
-}
-
-/// Detection limit of an effect on the recordings of a seed.
-struct Asked {
-    seed: u64,
-    effect: &'static EffectCase,
-    /// Other hidden effects that act as noise.
-    beside: Vec<Hidden>,
-    oracle: Oracle,
-    scale: Option<DetectionLimit>,
-}
-
-impl Asked {
-    fn of(case: &Case, effect: &'static EffectCase, beside: Vec<Hidden>) -> Result<Self> {
-        let seed = case.seed();
-        let oracle = Oracle::of(case.plant, effect, &beside, case.noise, seed)?;
-        let scale = oracle.scale()?;
-        Ok(Self { seed, effect, beside, oracle, scale })
-    }
-
-    /// Returns the size at a multiple of the detection limit; `None` beyond the range of the generator.
-    fn multiple(&self, multiple: f64) -> Result<Option<f64>> {
-        self.scale.as_ref().map_or(Ok(None), |scale| self.oracle.multiple(scale, multiple))
-    }
-}
-
 impl<'a> TrialRunner<'a> {
     /// Builds a runner that writes to a ledger.
     ///
     /// # Errors
     /// A ledger that cannot be read.
     pub fn new(ledger: &'a Ledger) -> Result<Self> {
-        let oracles = Oracles { ledger: Some(ledger), limits: scales(ledger.folder())?, asked: Vec::new() };
-        Ok(Self { ledger, oracles, baselines: Baselines::default() })
+        Ok(Self { ledger, oracles: Oracles::of(ledger)?, baselines: Baselines::default() })
     }
 
     /// Runs a case and writes its record.
@@ -91,10 +48,11 @@ impl<'a> TrialRunner<'a> {
     /// A case that the generator rejects, or files that cannot be written. A rejection by the diagnosis is an answer.
     pub fn run(&mut self, case: &Case) -> Result<CaseRecord> {
         let begin = Instant::now();
-        let Hiding { scales, hidden } = self.oracles.sized(case)?;
+        let hiding = self.oracles.sized(case)?;
+        let hidden = hiding.all();
         let set =
             hidden.as_ref().map(|hidden| generate(case.plant.rig, hidden, case.noise, case.seed())).transpose()?;
-        let sealed = seal(self.ledger.folder(), &SealedTruth::of(case, &scales, set.as_ref()))?;
+        let sealed = seal(self.ledger.folder(), &SealedTruth::of(case, &hiding, set.as_ref()))?;
         self.ledger.seal(&SealLine { case: case.id(), sealed: sealed.clone() })?;
         let mut record = CaseRecord::of(case.id(), sealed);
         if let (Some(set), Some(hidden)) = (set, hidden) {
@@ -102,27 +60,42 @@ impl<'a> TrialRunner<'a> {
             let options =
                 DiagnosisOptions { without: left_out(case, recordings.path())?, ..DiagnosisOptions::default() };
             let start = Instant::now();
-            let Found { answer, judged, proposed, .. } = answer(recordings.path(), &options);
+            let found = answer(recordings.path(), &options);
             record.cost.diagnosis = start.elapsed().as_secs_f64();
-            if let Some(judged) =
-                judged.filter(|_| answer.verdict == RecordedVerdict::Named && !matches!(case.task, CaseTask::Null))
-            {
-                let (rig, seed) = (case.plant.rig, case.seed());
-                record.gain = true_gain(recordings.path(), &judged, &further(rig, &hidden, case.noise, seed, AGAIN)?)?;
+            record.answer = Some(found.answer.clone());
+            // No demand on a perturbed machine asks for more.
+            if case.machine == MachineKind::Exact {
+                self.compare(case, &hidden, &recordings, &options, found, &mut record)?;
             }
-            record.answer = Some(answer);
-            // The baselines get the recordings that the first answer had.
-            if case.plant.baselines && !matches!(case.task, CaseTask::LeftOut(_)) {
-                record.baselines = self.baselines.answers(case, recordings.path())?;
-            }
-            let follow = |commanded: &CommandedPath, number: u64| {
-                Ok(follow(case.plant.rig, &hidden, case.noise, case.seed(), commanded, number)?)
-            };
-            record.after = after(&follow, &recordings, &options, proposed)?;
         }
         record.cost.rest = begin.elapsed().as_secs_f64() - record.cost.diagnosis;
         self.ledger.finish(&record)?;
         Ok(record)
+    }
+
+    /// Adds the true gain of an answer, the baseline methods, and the answers after the proposed experiments.
+    fn compare(
+        &mut self,
+        case: &Case,
+        hidden: &[Hidden],
+        recordings: &RecordingsFolder,
+        options: &DiagnosisOptions,
+        found: Found,
+        record: &mut CaseRecord,
+    ) -> Result<()> {
+        let Found { answer, judged, proposed, .. } = found;
+        let (rig, noise, seed) = (case.plant.rig, case.noise, case.seed());
+        let is_named = answer.verdict == RecordedVerdict::Named && !matches!(case.task, CaseTask::Null);
+        if let Some(judged) = judged.filter(|_| is_named) {
+            record.gain = true_gain(recordings.path(), &judged, &further(rig, hidden, noise, seed, AGAIN)?)?;
+        }
+        // The baselines get the recordings that the first answer had.
+        if case.plant.baselines && !matches!(case.task, CaseTask::LeftOut(_)) {
+            record.baselines = self.baselines.answers(case, recordings.path())?;
+        }
+        let follow = |commanded: &CommandedPath, number: u64| Ok(follow(rig, hidden, noise, seed, commanded, number)?);
+        record.after = after(&follow, recordings, options, proposed)?;
+        Ok(())
     }
 }
 
@@ -131,69 +104,12 @@ impl<'a> TrialRunner<'a> {
 /// # Errors
 /// A case that the generator rejects, or a folder that cannot be written.
 pub fn lay_out(case: &Case, folder: &Path) -> Result<bool> {
-    let Hiding { scales, hidden } = Oracles::default().sized(case)?;
-    let Some(hidden) = hidden else { return Ok(false) };
+    let hiding = Oracles::default().sized(case)?;
+    let Some(hidden) = hiding.all() else { return Ok(false) };
     let set = generate(case.plant.rig, &hidden, case.noise, case.seed())?;
     set.write(folder).map_err(GauntletError::file(folder))?;
-    seal(folder, &SealedTruth::of(case, &scales, Some(&set)))?;
+    seal(folder, &SealedTruth::of(case, &hiding, Some(&set)))?;
     Ok(true)
-}
-
-impl Oracles<'_> {
-    /// Returns the detection limits and sizes of a case's effects. Masking effects come first, noise before all,
-    /// because they act as noise on the others.
-    fn sized(&mut self, case: &Case) -> Result<Hiding> {
-        let mut order: Vec<(usize, &'static EffectCase)> = case.hidden().into_iter().enumerate().collect();
-        order.sort_by_key(|(_, effect)| (!is_random(effect.id), !hides_others(effect.id)));
-        let (mut noise, mut sized) = (Vec::new(), Vec::new());
-        for (place, effect) in order {
-            let (scale, size) = self.size(case, effect, &noise)?;
-            let hidden = size.map(|size| Hidden { id: effect.id, size });
-            noise.extend(hidden.filter(|_| hides_others(effect.id)));
-            sized.push((place, scale, hidden));
-        }
-        sized.sort_by_key(|(place, ..)| *place);
-        let (scales, hidden): (_, Vec<_>) = sized.into_iter().map(|(_, scale, hidden)| (scale, hidden)).unzip();
-        Ok(Hiding { scales, hidden: hidden.into_iter().collect() })
-    }
-
-    /// Returns the detection limit of an effect with such noise, and the size at a multiple of it.
-    fn size(
-        &mut self,
-        case: &Case,
-        effect: &'static EffectCase,
-        beside: &[Hidden],
-    ) -> Result<(Option<DetectionLimit>, Option<f64>)> {
-        let (plant, seed) = (case.plant.name, case.seed());
-        let is_same_effect = |line: &&ScaleLine| line.plant == plant && line.effect == effect.id && line.seed == seed;
-        // For a limit, only the oracle determines the size at a multiple.
-        let has_multiples = beside.is_empty() && effect.stronger == Stronger::Larger;
-        if let Some(ScaleLine { scale, .. }) = self.limits.iter().find(is_same_effect).filter(|_| has_multiples) {
-            return Ok((scale.clone(), scale.as_ref().and_then(|scale| multiplied(effect, scale, case.multiple))));
-        }
-        self.asked.retain(|asked| asked.seed == seed);
-        let place = match self.asked.iter().position(|asked| asked.effect.id == effect.id && asked.beside == beside) {
-            Some(place) => place,
-            None => {
-                self.asked.push(Asked::of(case, effect, beside.to_vec())?);
-                self.asked.len() - 1
-            }
-        };
-        let asked = &self.asked[place];
-        let (scale, size) = (asked.scale.clone(), asked.multiple(case.multiple)?);
-        if has_multiples {
-            let (plant, effect) = (plant.to_owned(), effect.id.to_owned());
-            self.remember(ScaleLine { plant, effect, seed, scale: scale.clone() })?;
-        }
-        Ok((scale, size))
-    }
-
-    /// Records a detection limit for all workers.
-    fn remember(&mut self, line: ScaleLine) -> Result<()> {
-        self.ledger.map_or(Ok(()), |ledger| ledger.scale(&line))?;
-        self.limits.push(line);
-        Ok(())
-    }
 }
 
 /// Returns the names that a case excludes from the library.

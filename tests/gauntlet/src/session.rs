@@ -348,20 +348,15 @@ pub fn follow(
     Ok((0..commanded.repeats.min(MOST_ASKED)).map(record).collect())
 }
 
+/// Every rig, for tests.
+#[cfg(test)]
+pub(crate) const RIGS: [Rig; 7] =
+    [Rig::Drive { link_encoder: true }, Rig::Robot, Rig::Contact, Rig::Sensor, Rig::Command, Rig::Body, Rig::Facility];
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::catalogue::effects;
-
-    const RIGS: [Rig; 7] = [
-        Rig::Drive { link_encoder: true },
-        Rig::Robot,
-        Rig::Contact,
-        Rig::Sensor,
-        Rig::Command,
-        Rig::Body,
-        Rig::Facility,
-    ];
 
     #[test]
     fn cached_record_equals_a_later_one() {

@@ -10,7 +10,7 @@
 
 mod healthy;
 
-use crate::plant::{GauntletPlant, is_random};
+use crate::plant::{From, GauntletPlant, hides_others, is_random};
 use crate::recordings_folder::{RecordingsFolder, read};
 use crate::{GauntletError, Result};
 use healthy::Healthy;
@@ -23,7 +23,7 @@ use softdock_diagnosis::inference::fit::Fitted;
 use softdock_diagnosis::model::block::MeasuredBlock;
 use softdock_diagnosis::model::hypothesis::Hypothesis;
 use softdock_diagnosis::threshold;
-use softdock_gauntlet::{EffectCase, Hidden, NoiseColour, Set, Stronger, exact, generate, unmoved};
+use softdock_gauntlet::{EffectCase, Hidden, NoiseColour, Set, Stronger, generate, unmoved};
 use std::cell::RefCell;
 
 /// Log-odds of the oracle beyond the detection threshold.
@@ -82,8 +82,9 @@ impl Expected {
 pub struct Oracle {
     plant: &'static GauntletPlant,
     case: &'static EffectCase,
-    /// Other hidden effects, and the noise.
+    /// Other hidden effects, those of them that change noiseless recordings, and the noise.
     beside: Vec<Hidden>,
+    lasting: Vec<Hidden>,
     noise: NoiseColour,
     seed: u64,
     healthy: Healthy,
@@ -97,7 +98,8 @@ pub struct Oracle {
 }
 
 impl Oracle {
-    /// Builds the oracle of an effect, on recordings with the other hidden effects that act as noise.
+    /// Builds the oracle of an effect, on recordings with other effects: those that act as noise, and the perturbations
+    /// of the machine. The misfit by these is no evidence of the effect and raises its limit.
     ///
     /// # Errors
     /// Recordings that cannot be made or used.
@@ -109,14 +111,15 @@ impl Oracle {
         seed: u64,
     ) -> Result<Self> {
         let (block, library) = block(plant, case.id, &generate(plant.rig, beside, noise, seed)?)?;
-        let (still, _) = self::block(plant, case.id, &exact(plant.rig, &[], seed)?)?;
+        let lasting: Vec<Hidden> = beside.iter().filter(|own| !hides_others(own.id)).copied().collect();
+        let (still, _) = self::block(plant, case.id, &unmoved(plant.rig, &lasting, seed)?)?;
         let beside = beside.to_vec();
         let healthy = Healthy::of(&block, still)?;
         let bank = healthy.bank(&library);
         let threshold = threshold(&bank, &bank.gram(&healthy.null), library.len());
         let own_misfit = healthy.unexplained(&healthy.null.residual).sqrt();
         let asked = RefCell::default();
-        Ok(Self { plant, case, beside, noise, seed, healthy, library, bank, threshold, own_misfit, asked })
+        Ok(Self { plant, case, beside, lasting, noise, seed, healthy, library, bank, threshold, own_misfit, asked })
     }
 
     /// Returns the detection limit; `None` if no size in the range of the generator is detectable.
@@ -148,6 +151,20 @@ impl Oracle {
         }
         let strength = multiple * self.expected(scale.size)?.strength;
         self.smallest(|expected| expected.strength >= strength)
+    }
+
+    /// Returns the tolerance of the model on what the effect changes, in the effect's unit: the smallest of its
+    /// parameters; `None` if the model has none.
+    pub fn tolerance(&self) -> Option<f64> {
+        let unknowns = &self.healthy.null.unknowns;
+        let fields = self.plant.aliases(self.case.id).flat_map(|own| own.fields.iter().map(|name| (own.from, name)));
+        let of = fields.filter_map(|(from, name)| {
+            let own = unknowns.iter().find(|unknown| unknown.name == *name)?;
+            let one = (own.prior.value(1.0) - own.prior.value(0.0)).abs();
+            let nominal = own.prior.value(0.0).abs();
+            Some(if matches!(from, From::Scaled(_)) { one / nominal } else { one })
+        });
+        of.min_by(f64::total_cmp)
     }
 
     /// The size of least effect at which something holds that holds for all sizes of more effect.
@@ -195,7 +212,8 @@ impl Oracle {
         let expected = match is_random(self.case.id) {
             true => self.repeated(hidden)?,
             false => {
-                let (moved, _) = block(self.plant, self.case.id, &unmoved(self.plant.rig, &[hidden], self.seed)?)?;
+                let all: Vec<Hidden> = self.lasting.iter().copied().chain([hidden]).collect();
+                let (moved, _) = block(self.plant, self.case.id, &unmoved(self.plant.rig, &all, self.seed)?)?;
                 let [learn, test] = self.healthy.changed(moved, CLAMP);
                 self.judged(size, &learn, &test)
             }

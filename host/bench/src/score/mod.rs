@@ -2,18 +2,20 @@
 //! computing time.
 
 mod criteria;
+mod demand;
 mod methods;
 mod rows;
 
 use crate::calibration::{ProbabilityCalibration, calibration};
 use crate::outcome::{AnswerGrade, outcome};
 use crate::parameters::{ParameterError, compared};
+use crate::plan::MachineKind;
 use crate::plant::{GauntletPlant, plant};
 use crate::record::{CaseRecord, RecordedAnswer, RecordedVerdict, records, seals};
 use crate::seal::{Asks, SealedTruth, open};
 use crate::{GauntletError, Result};
-pub use criteria::AcceptanceCriterion;
-use criteria::criteria;
+use criteria::{OfMachine, criteria};
+pub use demand::{AcceptanceCriterion, DemandStatus};
 pub use methods::MethodRow;
 use methods::methods;
 pub use rows::{Failure, Row};
@@ -113,9 +115,9 @@ pub struct GauntletScore {
 }
 
 impl GauntletScore {
-    /// Returns whether every criterion with cases is met.
+    /// Returns whether no criterion is refuted.
     pub fn is_met(&self) -> bool {
-        self.marks.iter().all(|mark| mark.met != Some(false))
+        self.marks.iter().all(|mark| mark.status != DemandStatus::Refuted)
     }
 }
 
@@ -124,12 +126,15 @@ pub fn score(all: &[Scored]) -> GauntletScore {
     let asked: Vec<&Scored> = all.iter().filter(|scored| scored.outcome.is_some()).collect();
     let unasked = all.iter().filter(|scored| scored.outcome.is_none());
     let parameters: Vec<ParameterError> = asked.iter().flat_map(|scored| of_right(scored)).collect();
-    let calibration = calibration(&names(&asked));
+    let [exact, perturbed] =
+        [MachineKind::Exact, MachineKind::Perturbed].map(|kind| OfMachine::of(kind, &asked, &parameters));
+    let calibration = calibration(&names(&exact.asked));
     let methods = methods(&asked);
+    let marks = criteria(&exact, &perturbed, &calibration, &methods);
     GauntletScore {
         cases: asked.len(),
         unasked: unasked.map(|scored| scored.truth.case.clone()).collect(),
-        marks: criteria(&asked, &parameters, &calibration, &methods),
+        marks,
         rows: rows(all),
         calibration,
         parameters,
@@ -203,16 +208,15 @@ mod tests {
         let score = score(&all);
         let right = mark(&score, "right name at 4 s*");
         let share = right.share.expect("20 cases");
-        assert_eq!((share.count, share.cases, right.met), (19, 20, Some(false)));
+        assert_eq!((share.count, share.cases, right.status), (19, 20, DemandStatus::NotRefuted));
         assert!((share.interval.lo - 0.7513).abs() < 1e-3 && (share.interval.hi - 0.9987).abs() < 1e-3, "{share:?}");
-        assert_eq!(mark(&score, "worst effect at 4 s*").met, Some(true));
+        assert_eq!(mark(&score, "worst effect at 4 s*").share.expect("20").count, 19);
         assert_eq!(mark(&score, "wrong names, effect in").share.expect("21").count, 1);
-        assert_eq!(mark(&score, "false alarms").met, Some(true));
-        assert_eq!(mark(&score, "right name at 2 s*").met, None, "nobody asked");
-        assert_eq!(mark(&score, "pairs").met, Some(false));
+        assert_eq!(mark(&score, "false alarms").status, DemandStatus::NotRefuted, "one case decides nothing");
+        assert_eq!(mark(&score, "right name at 2 s*").status, DemandStatus::NoCases);
         assert!((score.calibration.error.expect("names") - (0.99 - 20.0 / 21.0)).abs() < 1e-9);
         assert_eq!(score.failures.iter().filter(|failure| failure.outcome == AnswerGrade::Wrong).count(), 1);
-        assert_eq!((score.seconds, score.is_met()), ([44.0, 22.0], false));
+        assert_eq!((score.seconds, score.is_met()), ([44.0, 22.0], true));
     }
 
     #[test]

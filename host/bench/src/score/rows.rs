@@ -2,6 +2,7 @@
 
 use super::{Scored, median};
 use crate::outcome::AnswerGrade;
+use crate::plan::MachineKind;
 use crate::plant::{PLANTS, order};
 use crate::record::{RecordedAnswer, RecordedVerdict};
 use crate::seal::{Asks, Hidden, SealedTruth};
@@ -13,6 +14,8 @@ use std::collections::BTreeMap;
 pub struct Row {
     /// Plant.
     pub plant: String,
+    /// Machine.
+    pub machine: MachineKind,
     /// Task.
     pub asks: Asks,
     /// Hidden effects.
@@ -42,7 +45,7 @@ pub struct Failure {
     pub case: String,
     /// Its seed.
     pub seed: u64,
-    /// Hidden effects with sizes and units.
+    /// Hidden effects and perturbations with sizes and units.
     pub hidden: String,
     /// Answers, including those after proposed experiments.
     pub answered: String,
@@ -58,7 +61,7 @@ pub(super) fn rows(all: &[Scored]) -> Vec<Row> {
         let truth = &scored.truth;
         let effects: Vec<_> = truth.hidden.iter().map(|hidden| order(&hidden.id)).collect();
         // Positive numbers are ordered as their bits.
-        groups.entry((place, truth.asks, effects, truth.multiple.to_bits())).or_default().push(scored);
+        groups.entry((place, truth.machine, truth.asks, effects, truth.multiple.to_bits())).or_default().push(scored);
     }
     groups.into_values().map(|own| row(&own)).collect()
 }
@@ -77,6 +80,7 @@ fn row(own: &[&Scored]) -> Row {
     let scales = || own.iter().filter_map(|scored| scored.truth.hidden.first()?.scale.as_ref());
     Row {
         plant: own[0].plant.name.to_owned(),
+        machine: truth.machine,
         asks: truth.asks,
         hidden: hidden(truth),
         multiple: truth.multiple,
@@ -101,11 +105,14 @@ fn answered(answer: &RecordedAnswer) -> String {
     match answer.verdict {
         RecordedVerdict::Refused => "refused".to_owned(),
         RecordedVerdict::NoEffect => "no effect".to_owned(),
+        RecordedVerdict::Withheld => "withheld".to_owned(),
         RecordedVerdict::NoPracticalEffect => "no practical effect".to_owned(),
         RecordedVerdict::Named => names(" + "),
         RecordedVerdict::Ambiguous => names(" or "),
-        RecordedVerdict::NotInLibrary if answer.effects.is_empty() => "not in library".to_owned(),
-        RecordedVerdict::NotInLibrary => format!("{}; not in library", names(" + ")),
+        verdict => {
+            let open = if verdict == RecordedVerdict::NotInLibrary { "not in library" } else { "model inadequate" };
+            if answer.effects.is_empty() { open.to_owned() } else { format!("{}; {open}", names(" + ")) }
+        }
     }
 }
 
@@ -135,5 +142,11 @@ fn sized(truth: &SealedTruth) -> String {
         let size = hidden.parameters.first().map(|size| format!(" {:.4e} {}", size.value, size.unit));
         format!("{}{}", hidden.id, size.unwrap_or_default().trim_end())
     };
-    truth.hidden.iter().map(of).collect::<Vec<_>>().join(" + ")
+    let list = |all: &[Hidden]| all.iter().map(of).collect::<Vec<_>>().join(" + ");
+    let hidden = if truth.hidden.is_empty() { "nothing".to_owned() } else { list(&truth.hidden) };
+    if truth.perturbations.is_empty() {
+        hidden
+    } else {
+        format!("{hidden}; perturbed by {}", list(&truth.perturbations))
+    }
 }

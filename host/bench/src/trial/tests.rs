@@ -4,7 +4,9 @@
 //! each list.
 
 use super::*;
-use crate::plan::{Extent, WantedCases, plan};
+use crate::oracle::DetectionLimit;
+use crate::plan::{Extent, MachineKind, WantedCases, plan};
+use crate::record::ScaleLine;
 use softdock_diagnosis::judge;
 use softdock_gauntlet::{NoiseColour, Rig, Set};
 use softdock_kernels::effects::share_group;
@@ -78,11 +80,17 @@ fn strangers(recordings: &RecordingsFolder, hidden: &[Hidden]) -> Vec<String> {
 fn detection_limit_of_another_worker_is_reused() {
     let folder = tempfile::tempdir().expect("a folder");
     let [one, two] = [1, 2].map(|number| Ledger::open(folder.path(), number, 2).expect("writable"));
-    let wanted = WantedCases { extent: Extent::Full, plants: vec!["drive".to_owned()], draws: None };
+    let wanted = WantedCases {
+        extent: Extent::Full,
+        machine: MachineKind::Exact,
+        plants: vec!["drive".to_owned()],
+        draws: None,
+    };
     let cases = plan(&wanted).expect("a plant that there is");
     let case = cases.iter().find(|case| case.id() == "drive.effect.C2_lag.x4.0").expect("one of its cases");
     let scale = Some(DetectionLimit { size: 0.003, inseparable: None });
-    let line = ScaleLine { plant: "drive".to_owned(), effect: "C2_lag".to_owned(), seed: case.seed(), scale };
+    let (plant, effect, seed) = ("drive".to_owned(), "C2_lag".to_owned(), case.seed());
+    let line = ScaleLine { plant, effect, seed, perturbations: Vec::new(), scale, tolerance: None };
     one.scale(&line).expect("writable");
     let hiding = TrialRunner::new(&two).expect("a whole ledger").oracles.sized(case).expect("a size");
     assert_eq!(hiding.hidden, Some(vec![Hidden { id: "C2_lag", size: 0.012 }]));
