@@ -5,7 +5,7 @@ use crate::inference::identifiability::{BlockIdentifiability, ConfoundedPair, De
 use crate::model::place::place;
 use crate::report::wording::words_and_id;
 use softdock_analysis::number::{significant, with_unit};
-use softdock_kernels::effects::{GROUPS, Group};
+use softdock_kernels::effects::{GROUPS, Group, row_of};
 use std::collections::BTreeSet;
 
 /// Returns the identifiability as text: what is weakly or not determined and what is confounded by name, the rest counted.
@@ -79,7 +79,9 @@ pub(super) fn motions(blocks: &[BlockIdentifiability]) -> Vec<String> {
         rows.filter(|row| row.determination == Determination::Not).filter_map(|row| row.id)
     };
     let step = |group: &Group| {
-        let own: BTreeSet<String> = open().filter(|id| group.members.contains(id)).map(words_and_id).collect();
+        // Each effect once, in the group that it belongs to first.
+        let is_own = |id: &&'static str| row_of(id).is_some_and(|effect| effect.group == group.id);
+        let own: BTreeSet<String> = open().filter(is_own).map(words_and_id).collect();
         let names: Vec<String> = own.into_iter().collect();
         (!names.is_empty()).then(|| format!("To determine {}: {}.", names.join(", "), group.splits))
     };
@@ -95,7 +97,11 @@ fn determination_words(determination: Determination) -> &'static str {
 }
 
 fn words(row: &IdentifiabilityRow) -> String {
-    row.id.map_or_else(|| format!("{} ({})", row.name, row.parameter), words_and_id)
+    match row.id.and_then(row_of) {
+        // Several hypotheses of a plant may be forms of one effect.
+        Some(effect) => format!("{}: {} ({})", effect.component, row.name, effect.id),
+        None => format!("{} ({})", row.name, row.parameter),
+    }
 }
 
 fn key_words(block: &BlockIdentifiability, key: &str) -> String {
