@@ -55,6 +55,9 @@ pub(crate) fn command(out: &mut TomlText, table: &RecordedTable, clock: &Clock, 
         None => out.open("period", "s", "from one packet to the next; above 0, at most 1 s"),
     }
     out.optional("transport_delay", "0 ms", "known delay from sender to receiver; default none");
+    if joint.is_some() && event(table).is_none() {
+        out.key("received", "\"position\"", "the log has the position of the servo, no echo of the command");
+    }
     out.table("tolerance");
     let meaning = "standard deviation of the healthy delay's jitter, above 0; without it no jitter is too much";
     out.optional("delay_noise", "1 ms", meaning);
@@ -83,10 +86,7 @@ pub(crate) fn command(out: &mut TomlText, table: &RecordedTable, clock: &Clock, 
         (None, Some(joint)) => {
             let (sent, unit) = joint.reference.clone().unwrap_or((FILL_IN.to_owned(), angle));
             out.column("sent", &sent, unit, "", "command of the position");
-            let basis = format!(
-                "measured position, in the place of an echo: lag and limits of the servo count as the way's; {}",
-                joint.unit.basis
-            );
+            let basis = format!("measured position; {}", joint.unit.basis);
             out.column("received", &joint.position, joint.unit.value, "", &basis);
         }
         (None, None) => {

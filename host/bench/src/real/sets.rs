@@ -108,11 +108,9 @@ const TURNING: &[PlantedForm] = &[
 /// ripple.
 const PAIRS: &[[usize; 2]] = &[[0, 6], [1, 3], [5, 0], [4, 3], [6, 3]];
 
-/// Forms of a command's way.
-const SERVO: &[PlantedForm] = &[
-    PlantedForm { id: "C1_transport_delay", field: "delay", on_nominal: false, change: PlantedChange::Delay },
-    PlantedForm { id: "C5_clock_skew", field: "clock_skew", on_nominal: false, change: PlantedChange::Skew },
-];
+/// Forms of a servo.
+const SERVO: &[PlantedForm] =
+    &[PlantedForm { id: "C1_transport_delay", field: "delay", on_nominal: false, change: PlantedChange::Delay }];
 
 const ONLY: &[PlantedJoint] = &[PlantedJoint { end: "", block: "" }];
 

@@ -14,6 +14,8 @@ pub struct CommandRig {
     pub prismatic: bool,
     /// Whether the receiver's echo is recorded; if not, events alone are timed.
     pub echoed: bool,
+    /// Whether the servo's position is recorded in the place of the receiver's echo.
+    pub is_servo: bool,
     /// From one packet to the next \[s\].
     pub period: f64,
     /// Step in which a command is written \[rad\].
@@ -67,6 +69,7 @@ pub(super) fn command(c: &mut Checker, file: &RigFile) -> Option<CommandRig> {
     let delay_noise = noise.as_ref().map(|noise| c.number(noise, "s", Range::above(0.0, 1.0)));
     Some(CommandRig {
         prismatic,
+        is_servo: t.received.as_ref().is_some_and(|what| c.choice(what, &[("echo", false), ("position", true)])),
         echoed: ECHO.iter().all(|name| file.log.contains_key(*name)),
         period: c.number(&t.period, "s", Range::above(0.0, 1.0)),
         quantum: c.number_or(&t.quantum, 0.0, angle, Range::within(0.0, ANGLE)),

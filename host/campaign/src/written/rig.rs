@@ -252,6 +252,9 @@ pub(crate) struct CommandTable {
     pub(crate) transport_delay: Option<Quantity>,
     /// Step in which a command is written into a packet; default none.
     pub(crate) quantum: Option<Quantity>,
+    /// What `received` is: "echo", the command in force at the receiver, or "position", the position of the servo that
+    /// follows it, recorded by the clock of the command; default "echo".
+    pub(crate) received: Option<At<String>>,
 }
 
 /// A point on a body against a plate; z is the plate's normal, out of the plate, and z = 0 its surface. Force of the

@@ -66,7 +66,19 @@ pub(crate) fn check(pieces: &[Piece], inertia: Option<f64>) -> Result<Vec<Findin
         }
     }
     rates(pieces)?;
+    commanded(pieces)?;
     Ok(findings)
+}
+
+/// Refuses commands that change in no recording: nothing follows them.
+fn commanded(pieces: &[Piece]) -> Result<()> {
+    let is_constant =
+        |piece: &Piece| piece.signals.get("sent").is_some_and(|values| values.iter().all(|value| *value == values[0]));
+    if !pieces.iter().all(is_constant) {
+        return Ok(());
+    }
+    let remedy = "record a motion, or check the column of `sent` in [log]";
+    Err(DiagnosisError::unfit("`sent` is constant in every recording".to_owned(), remedy))
 }
 
 /// The common error with a factor.

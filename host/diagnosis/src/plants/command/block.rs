@@ -49,12 +49,13 @@ pub fn command_block(
     let base = to_vec(&CommandValues { blur: UNIFORM * delay_jitter, ..rig.values });
     let longest = pieces.iter().map(|piece| piece.samples() as f64 * piece.step).fold(rig.period, f64::max);
     // Jitter may change the delay by the end of a recording, which resembles a clock skew of this size.
-    let tolerance = [&rig.tolerance[..], &[("clock_skew", delay_jitter / longest)]].concat();
+    let skew = [("clock_skew", delay_jitter / longest)];
+    let tolerance = [&rig.tolerance[..], if rig.is_servo { &[] } else { &skew }].concat();
+    let slowest = slowest(rig, pieces, delay_jitter);
     let missed = missed(rig, pieces);
     let trial = |piece: &Piece| {
         let repeats = pieces.iter().zip(&missed).filter(|(other, _)| other.experiment == piece.experiment);
         let silent = silent(piece, repeats.map(|(_, missed)| &missed.rows));
-        let slowest = slowest(rig, piece, delay_jitter);
         trial(rig, piece, &silent, slowest, held_out(&piece.experiment), finer)
     };
     let channels = vec![MeasuredOutput { name: "received", output: 0, unit: "s" }];
@@ -66,12 +67,15 @@ pub fn command_block(
     }
 }
 
-/// Returns the rate above which the noise is attributed to the delay: a share of the usual rate, or more where the
-/// rounding of both commands is as large as the effect of the jitter.
-fn slowest(rig: &CommandRig, piece: &Piece, delay_jitter: f64) -> f64 {
-    let sent = &piece.signals["sent"];
-    let power = sent.windows(2).map(|pair| ((pair[1] - pair[0]) / piece.step).powi(2)).sum::<f64>();
-    let usual = (power / (sent.len() - 1) as f64).sqrt();
+/// Returns the rate above which the noise is attributed to the delay: a share of the usual rate of all recordings, or more
+/// where the rounding of both commands is as large as the effect of the jitter.
+fn slowest(rig: &CommandRig, pieces: &[Piece], delay_jitter: f64) -> f64 {
+    let power = |piece: &Piece| {
+        let changes = piece.signals["sent"].windows(2);
+        changes.map(|pair| ((pair[1] - pair[0]) / piece.step).powi(2)).sum::<f64>()
+    };
+    let rows = pieces.iter().map(|piece| piece.samples() - 1).sum::<usize>();
+    let usual = (pieces.iter().map(power).sum::<f64>() / rows as f64).sqrt();
     (rig.quantum / 6_f64.sqrt() / delay_jitter).max(LEAST_RATE * usual).max(f64::MIN_POSITIVE)
 }
 

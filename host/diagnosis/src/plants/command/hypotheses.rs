@@ -15,16 +15,21 @@ const USUAL_HOLD: f64 = 4e-3;
 /// Natural logarithm of the factor that a seen period may be wrong by: a row in a thousand.
 const HOLD_SPREAD: f64 = 1e-3;
 
-/// Returns the hypotheses of a command; `hold` is the period and phase \[s\] of a hold, from the packet numbers.
-pub fn effects(block: &MeasuredBlock, hold: Option<[f64; 2]>) -> Vec<Hypothesis> {
+/// Returns the hypotheses of a command; `hold` is the period and phase \[s\] of a hold, from the packet numbers. A servo
+/// has errors of its position, and no second clock.
+pub fn effects(block: &MeasuredBlock, hold: Option<[f64; 2]>, is_servo: bool) -> Vec<Hypothesis> {
     let mut shelf = Shelf::of(block);
     let either = |sd: f64| ParameterPrior::Normal { mean: 0.0, sd };
     let delay = [("delay", either(LATE), Role::Size)];
     shelf.add("C1_transport_delay", "transport delay", &delay, &[0.2], &[]);
     let lag = [("lag", ParameterPrior::Positive { scale: LATE }, Role::Size)];
     shelf.add("C2_lag", "lag", &lag, &[0.2], &[]);
-    let skew = [("clock_skew", either(SKEW), Role::Size)];
-    shelf.add("C5_clock_skew", "skew", &skew, &[1.0], &[]);
+    if is_servo {
+        servo(&mut shelf, block);
+    } else {
+        let skew = [("clock_skew", either(SKEW), Role::Size)];
+        shelf.add("C5_clock_skew", "skew", &skew, &[1.0], &[]);
+    }
     let row = block.trials.first().map_or(0.0, |trial| trial.recorded.step * trial.recorded.stride as f64);
     let seen = hold.or_else(|| block.trials.iter().find_map(seen_hold));
     let [centre, phase] = seen.unwrap_or([USUAL_HOLD, 0.0]);
@@ -42,7 +47,6 @@ pub fn effects(block: &MeasuredBlock, hold: Option<[f64; 2]>) -> Vec<Hypothesis>
     let limit = [("rate_limit", below, Role::Size)];
     let sizes: Vec<f64> = [0.3, 1.0, 3.0].into_iter().chain(seen).collect();
     shelf.add("C7_rate_limit", "rate limit", &limit, &sizes, &[]);
-    servo(&mut shelf, block);
     shelf.all
 }
 

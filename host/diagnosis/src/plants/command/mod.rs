@@ -28,7 +28,7 @@ impl DiagnosedPlant for CommandPlant {
     }
 
     fn library(&self, recordings: &Recordings, _: usize, block: &MeasuredBlock) -> Vec<Hypothesis> {
-        hypotheses::effects(block, packets::hold(&recordings.pieces))
+        hypotheses::effects(block, packets::hold(&recordings.pieces), self.0.is_servo)
     }
 
     fn views(&self, recordings: &Recordings, blocks: &[BlockWithLibrary]) -> Vec<BlockView> {
