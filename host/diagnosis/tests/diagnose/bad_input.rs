@@ -1,7 +1,7 @@
 //! Recordings and model files that are wrong: a clear finding or a clear error, never a wrong name.
 
 use crate::bench::{Bench, Kind, drive};
-use softdock_diagnosis::diagnosis::DiagnosisOptions;
+use softdock_diagnosis::diagnosis::{DiagnosisOptions, prepare};
 use softdock_diagnosis::verdict::answer::DiagnosisVerdict;
 use softdock_gauntlet::NoiseColour;
 use softdock_kernels::philox;
@@ -106,4 +106,37 @@ fn damaged_cells_neither_panic_nor_make_a_name() {
             assert!(!matches!(diagnosis.answer, DiagnosisVerdict::Named), "{trial}: {:?}", diagnosis.effects);
         }
     }
+}
+
+/// A recording in which the command rests has no say in the weight of the others.
+#[test]
+fn constant_command_beside_a_motion_hides_no_lag() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let rig = folder.path().join("rig.toml");
+    let text = "schema = \"rig/1\"\nkind = \"command\"\nid = \"servo\"\n[command]\nperiod = \"10 ms\"\nreceived = \"position\"\n\
+                [log]\n\"t\" = { column = \"t\", unit = \"s\" }\n\"sent\" = { column = \"u\", unit = \"rad\" }\n\
+                \"received\" = { column = \"y\", unit = \"rad\" }\n";
+    std::fs::write(&rig, text).expect("writable");
+    let lag = 0.05;
+    let write = |name: &str, amplitude: f64, rate: f64| {
+        let path = folder.path().join(name);
+        let (gain, phase) = ((1.0 + (rate * lag).powi(2)).sqrt().recip(), (rate * lag).atan());
+        let row = |i: u32| {
+            let t = f64::from(i) * 0.01;
+            let noise = 1e-3 * (f64::from(i * 7919 % 1009) / 1009.0 - 0.5);
+            format!("{t},{},{}\n", amplitude * (rate * t).sin(), amplitude * gain * (rate * t - phase).sin() + noise)
+        };
+        std::fs::write(&path, "t,u,y\n".to_owned() + &(0..1500).map(row).collect::<String>()).expect("writable");
+        path
+    };
+    let files = [write("rest.csv", 0.0, 1.0), write("slow.csv", 0.3, 3.0), write("fast.csv", 0.2, 7.0)];
+    let load = || softdock_campaign::Rig::load(&rig).expect("a legal model");
+    let options = DiagnosisOptions::default();
+    let prepared = prepare(load(), &[&files[0], &files[1]], &[&files[2]], &options).expect("a motion");
+    let diagnosis = prepared.diagnose().expect("a motion").0;
+    assert_eq!(diagnosis.answer, DiagnosisVerdict::Named);
+    let effect = &diagnosis.effects[0];
+    assert!(effect.id == "C2_lag" && (effect.parameters["lag"].value - lag).abs() < 3e-3, "{effect:?}");
+    let refused = prepare(load(), &[&files[0]], &[], &options).map(|_| ()).expect_err("no motion").to_string();
+    assert!(refused.contains("`sent` is constant"), "{refused}");
 }

@@ -156,3 +156,38 @@ fn robot_arm_has_two_delays_and_a_clock_skew() {
     assert!(near(of(1, "delay"), [0.024, 0.016, 0.032], 1e-6), "{:?}", of(1, "delay"));
     assert!(near(of(2, "clock_skew"), [0.01506; 3], 2e-4), "{:?}", of(2, "clock_skew"));
 }
+
+/// Servos of a hobby arm by commands and positions alone: lag, dead band or limits learned on four motions explain most
+/// of the error of an ideal servo on the fifth.
+#[test]
+#[ignore = "needs SOFTDOCK_DATA"]
+fn servos_follow_with_lag_and_dead_band() {
+    let learned = ["multisine", "friction_gravity", "prbs_excitation", "hold_under_gravity"];
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut gains = Vec::new();
+    for joint in 1..=6 {
+        let file = folder.path().join("rig.toml");
+        let text = format!(
+            "schema = \"rig/1\"\nkind = \"command\"\nid = \"so101\"\n\
+             [command]\nperiod = \"20.06 ms\"\nreceived = \"position\"\n\
+             [log]\n\"t\" = {{ column = \"time_us\", unit = \"us\" }}\n\
+             \"sent\" = {{ column = \"command_rad_{joint}\", unit = \"rad\" }}\n\
+             \"received\" = {{ column = \"position_rad_{joint}\", unit = \"rad\" }}\n"
+        );
+        std::fs::write(&file, text).expect("writable");
+        let logs = learned.map(|motion| data(&format!("so101/{motion}.csv")));
+        let logs: Vec<&Path> = logs.iter().map(PathBuf::as_path).collect();
+        let held_out = data("so101/chirp_sweep.csv");
+        let rig = Rig::load(&file).expect("a legal model");
+        let prepared = prepare(rig, &logs, &[&held_out], &DiagnosisOptions::default()).expect("good recordings");
+        let diagnosis = prepared.diagnose().expect("motions that show something").0;
+        let found: Vec<&str> = diagnosis.effects.iter().map(|effect| effect.id).collect();
+        assert_eq!(diagnosis.answer, DiagnosisVerdict::Named, "joint {joint}: {found:?}");
+        assert!(
+            found.iter().any(|id| ["C2_lag", "C8_dead_band"].contains(id)) && !found.contains(&"C5_clock_skew"),
+            "joint {joint}: {found:?}"
+        );
+        gains.push(diagnosis.gain.expect("another motion").value);
+    }
+    assert!(gains.iter().filter(|gain| **gain > 0.5).count() >= 5 && gains.iter().all(|gain| *gain > 0.3), "{gains:?}");
+}
