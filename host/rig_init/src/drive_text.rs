@@ -128,6 +128,13 @@ fn tolerance(out: &mut TomlText, fit: Option<&DriveFit>, clock: &Clock, units: &
             fit.viscous.iter().for_each(|value| share(out, "viscous", value));
             let error = "standard error of the start value over parts of the log";
             out.quantity("offset", fit.offset_error, units.torque, error);
+            if fit.coulomb.is_some() {
+                out.key(
+                    "presliding_travel",
+                    "\"50 %\"",
+                    "the log does not show it; the model file's default is a guess",
+                );
+            }
             if fit.weight.is_some() {
                 out.quantity("gravity_torque", fit.weight_error, units.torque, error);
             }

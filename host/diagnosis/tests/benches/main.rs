@@ -60,7 +60,7 @@ impl Recorded {
         match &self.rig.plant {
             RigModel::Sensor(_) => sensor_plant::hypotheses::effects(block),
             RigModel::Contact(_) => contact_plant::hypotheses::effects(block),
-            RigModel::Command(_) => command_plant::hypotheses::effects(block, None),
+            RigModel::Command(rig) => command_plant::hypotheses::effects(block, None, rig.is_servo),
             RigModel::Body(_) => body_plant::hypotheses::effects(block),
             RigModel::Drive(_) | RigModel::Robot(_) | RigModel::Toss(_) => unreachable!("another bench"),
         }
