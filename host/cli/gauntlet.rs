@@ -48,6 +48,7 @@ Examples:
   softdock bench diagnosis --size full --only effect --multiples 2,4 --out /data/score (effects that must be named)
   softdock bench diagnosis --size full --machine perturbed --plants drive --draws 2 --out /data/perturbed
   softdock bench diagnosis --size full --out /data/score --score
+  softdock bench diagnosis --real --data /data/measured --out /data/real               (effects planted in measured recordings)
   softdock bench diagnosis --size full --lay-out drive.pair.J6_warm_up+C6_hold.x4.0 --out case    (inspect one case)")]
 pub(crate) struct BenchDiagnosisArgs {
     /// Number of cases.

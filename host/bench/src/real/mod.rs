@@ -6,6 +6,7 @@
 
 pub mod cases;
 pub mod forms;
+pub mod grade;
 pub mod score;
 pub mod sets;
 mod table;

@@ -1,128 +1,15 @@
-//! Score of the gauntlet in measured recordings: answers with and without a change, compared.
+//! Score of the gauntlet in measured recordings: answers with and without a change, counted by set.
 
 use crate::Result;
+use crate::real::grade::{RealGrade, is_effect, is_same, named, planted_grade, untouched_grade};
 use crate::real::trial::{PlantedEffect, RealRecord};
-use crate::record::{NamedCause, RecordedAnswer, RecordedVerdict};
+use crate::record::{RecordedAnswer, RecordedVerdict};
 use crate::summary_text::shared;
 use serde::Serialize;
 use softdock_analysis::Share;
 use softdock_analysis::number::significant;
-use softdock_kernels::effects::code;
 use softdock_results::ResultFile;
 use std::collections::BTreeMap;
-
-/// Range of a size over the planted one, of an effect that the unchanged set has as well.
-const SAME_SIZE: std::ops::RangeInclusive<f64> = 0.5..=2.0;
-
-/// Grade of an answer against that for the unchanged set.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum RealGrade {
-    /// The planted effects are named; without one, the answer is that for the unchanged set.
-    Right,
-    /// Ambiguous, with the planted effects in the list.
-    Listed,
-    /// Some of several planted effects, and nothing else.
-    Partly,
-    /// No cause is named, but a model error is reported.
-    Abstained,
-    /// No model error is reported.
-    Missed,
-    /// The recordings were rejected.
-    Refused,
-    /// A new cause that was not planted; without a planted effect, another answer.
-    Wrong,
-}
-
-impl RealGrade {
-    /// All grades with their words.
-    pub const ALL: [(Self, &'static str); 7] = [
-        (Self::Right, "right"),
-        (Self::Listed, "listed"),
-        (Self::Partly, "partly"),
-        (Self::Abstained, "abstained"),
-        (Self::Missed, "missed"),
-        (Self::Refused, "refused"),
-        (Self::Wrong, "wrong"),
-    ];
-}
-
-/// Named causes of an answer, in blocks with that verdict.
-fn named(answer: &RecordedAnswer) -> impl Iterator<Item = &NamedCause> {
-    let is_named =
-        |block: &str| answer.blocks.iter().any(|(own, verdict)| own == block && *verdict == RecordedVerdict::Named);
-    answer.effects.iter().filter(move |effect| is_named(&effect.block))
-}
-
-fn is_effect(planted: &PlantedEffect, cause: &NamedCause) -> bool {
-    (planted.block.is_empty() || planted.block == cause.block) && code(&planted.id) == code(&cause.id)
-}
-
-fn is_same(a: &NamedCause, b: &NamedCause) -> bool {
-    a.block == b.block && code(&a.id) == code(&b.id)
-}
-
-/// Grades the answer of a case with planted effects.
-pub fn planted_grade(base: &RecordedAnswer, record: &RealRecord) -> RealGrade {
-    let (answer, planted) = (&record.answer, &record.planted);
-    if answer.verdict == RecordedVerdict::Refused {
-        return RealGrade::Refused;
-    }
-    let is_new = |cause: &&NamedCause| !named(base).any(|own| is_same(own, cause));
-    let is_planted = |cause: &NamedCause| planted.iter().any(|own| is_effect(own, cause));
-    if named(answer).filter(is_new).any(|cause| !is_planted(cause)) {
-        return RealGrade::Wrong;
-    }
-    let found =
-        planted.iter().filter(|own| named(answer).any(|cause| is_effect(own, cause) && has_size(base, own, cause)));
-    let found = found.count();
-    if found == planted.len() {
-        return RealGrade::Right;
-    }
-    if found > 0 {
-        return RealGrade::Partly;
-    }
-    let lists = |own: &PlantedEffect| answer.effects.iter().any(|cause| is_effect(own, cause));
-    match answer.verdict {
-        RecordedVerdict::Ambiguous if planted.iter().all(lists) => RealGrade::Listed,
-        RecordedVerdict::NoEffect | RecordedVerdict::NoPracticalEffect | RecordedVerdict::Named => RealGrade::Missed,
-        _ => RealGrade::Abstained,
-    }
-}
-
-/// Whether an effect that the unchanged set has as well has changed by about the planted size.
-fn has_size(base: &RecordedAnswer, planted: &PlantedEffect, cause: &NamedCause) -> bool {
-    let Some(own) = named(base).find(|own| is_same(own, cause)) else { return true };
-    let value = |cause: &NamedCause| cause.parameters.get(&planted.field).map(|estimate| estimate.value);
-    match (value(own), value(cause), planted.size) {
-        (Some(before), Some(after), Some(size)) => SAME_SIZE.contains(&((after - before) / size)),
-        _ => true,
-    }
-}
-
-/// Grades the answer of a case without a planted effect.
-pub fn untouched_grade(base: &RecordedAnswer, answer: &RecordedAnswer) -> RealGrade {
-    let verdicts = |answer: &RecordedAnswer| answer.blocks.clone();
-    let ids = |answer: &RecordedAnswer| {
-        let mut all: Vec<(String, String)> =
-            answer.effects.iter().map(|cause| (cause.block.clone(), cause.id.clone())).collect();
-        all.sort();
-        all
-    };
-    let held = |cause: &NamedCause| {
-        let Some(other) = answer.effects.iter().find(|other| is_same(cause, other)) else { return false };
-        cause.parameters.iter().all(|(name, own)| {
-            other.parameters.get(name).is_some_and(|other| own.lo <= other.value && other.value <= own.hi)
-        })
-    };
-    if answer.verdict == RecordedVerdict::Refused && base.verdict != RecordedVerdict::Refused {
-        return RealGrade::Refused;
-    }
-    match verdicts(base) == verdicts(answer) && ids(base) == ids(answer) && base.effects.iter().all(held) {
-        true => RealGrade::Right,
-        false => RealGrade::Wrong,
-    }
-}
 
 /// Error of the size of an effect that was named right.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -150,7 +150,7 @@ const UR10E: MeasuredSet = MeasuredSet {
     training: &["identification_data__ur-20_02_10-30sec_12harm.csv"],
     holdout: &["identification_data__ur-20_01_31-unload.csv"],
     forms: TURNING,
-    multiples: &[1.5, 3.0],
+    multiples: &[1.0, 2.0, 4.0],
     pairs: PAIRS,
     continuous: true,
     ..EMPTY
@@ -161,7 +161,7 @@ const SO101: MeasuredSet = MeasuredSet {
     training: &["multisine.csv"],
     holdout: &["chirp_sweep.csv"],
     forms: SERVO,
-    multiples: &[2.0, 4.0, 8.0],
+    multiples: &[1.0, 2.0, 4.0, 8.0],
     ..EMPTY
 };
 
@@ -180,6 +180,7 @@ pub const SETS: &[MeasuredSet] = &[
         ..EMPTY
     },
     MeasuredSet { name: "kr300_axis4", rig: include_str!("../../rigs/kr300_axis4.toml"), ..KUKA },
+    MeasuredSet { name: "kr300_axis6", rig: include_str!("../../rigs/kr300_axis6.toml"), ..KUKA },
     MeasuredSet { name: "kr300_axis5", rig: include_str!("../../rigs/kr300_axis5.toml"), ..KUKA },
     MeasuredSet { name: "ur10e_axis1", rig: include_str!("../../rigs/ur10e_axis1.toml"), ..UR10E },
     MeasuredSet { name: "ur10e_axis2", rig: include_str!("../../rigs/ur10e_axis2.toml"), ..UR10E },
@@ -188,22 +189,28 @@ pub const SETS: &[MeasuredSet] = &[
         rig: include_str!("../../rigs/so101_joint3.toml"),
         models: &[
             PlantedModel {
-                id: "C2_lag",
-                field: "lag",
-                replaced: ["lag = \"0.2015 s\"", "lag = \"0.1815 s\""],
+                id: "C8_dead_band",
+                field: "dead_band",
+                replaced: ["dead_band = \"0.03824 rad\"", "dead_band = \"0.02824 rad\""],
+                value: Some(0.01),
+            },
+            PlantedModel {
+                id: "C8_dead_band",
+                field: "dead_band",
+                replaced: ["dead_band = \"0.03824 rad\"", "dead_band = \"0.01824 rad\""],
                 value: Some(0.02),
             },
             PlantedModel {
-                id: "C2_lag",
-                field: "lag",
-                replaced: ["lag = \"0.2015 s\"", "lag = \"0.1615 s\""],
-                value: Some(0.04),
+                id: "C9_position_offset",
+                field: "position_offset",
+                replaced: ["position_offset = \"0.03484 rad\"", "position_offset = \"0.02484 rad\""],
+                value: Some(0.01),
             },
             PlantedModel {
-                id: "C2_lag",
-                field: "lag",
-                replaced: ["lag = \"0.2015 s\"", "lag = \"0.1215 s\""],
-                value: Some(0.08),
+                id: "C9_position_offset",
+                field: "position_offset",
+                replaced: ["position_offset = \"0.03484 rad\"", "position_offset = \"0.01484 rad\""],
+                value: Some(0.02),
             },
         ],
         ..SO101
@@ -215,20 +222,32 @@ pub const SETS: &[MeasuredSet] = &[
             PlantedModel {
                 id: "C2_lag",
                 field: "lag",
-                replaced: ["lag = \"0.1035 s\"", "lag = \"0.0835 s\""],
+                replaced: ["lag = \"0.1104 s\"", "lag = \"0.0904 s\""],
                 value: Some(0.02),
             },
             PlantedModel {
                 id: "C2_lag",
                 field: "lag",
-                replaced: ["lag = \"0.1035 s\"", "lag = \"0.0635 s\""],
+                replaced: ["lag = \"0.1104 s\"", "lag = \"0.0704 s\""],
                 value: Some(0.04),
             },
             PlantedModel {
                 id: "C2_lag",
                 field: "lag",
-                replaced: ["lag = \"0.1035 s\"", "lag = \"0.0235 s\""],
+                replaced: ["lag = \"0.1104 s\"", "lag = \"0.0304 s\""],
                 value: Some(0.08),
+            },
+            PlantedModel {
+                id: "C9_position_offset",
+                field: "position_offset",
+                replaced: ["position_offset = \"0.008472 rad\"", "position_offset = \"-0.001528 rad\""],
+                value: Some(0.01),
+            },
+            PlantedModel {
+                id: "C9_position_offset",
+                field: "position_offset",
+                replaced: ["position_offset = \"0.008472 rad\"", "position_offset = \"-0.011528 rad\""],
+                value: Some(0.02),
             },
         ],
         ..SO101
@@ -240,20 +259,39 @@ pub const SETS: &[MeasuredSet] = &[
             PlantedModel {
                 id: "C2_lag",
                 field: "lag",
-                replaced: ["lag = \"0.09103 s\"", "lag = \"0.07103 s\""],
+                replaced: ["lag = \"0.09335 s\"", "lag = \"0.07335 s\""],
                 value: Some(0.02),
             },
             PlantedModel {
                 id: "C2_lag",
                 field: "lag",
-                replaced: ["lag = \"0.09103 s\"", "lag = \"0.05103 s\""],
+                replaced: ["lag = \"0.09335 s\"", "lag = \"0.05335 s\""],
                 value: Some(0.04),
             },
             PlantedModel {
                 id: "C2_lag",
                 field: "lag",
-                replaced: ["lag = \"0.09103 s\"", "lag = \"0.01103 s\""],
+                replaced: ["lag = \"0.09335 s\"", "lag = \"0.01335 s\""],
                 value: Some(0.08),
+            },
+        ],
+        ..SO101
+    },
+    MeasuredSet {
+        name: "so101_joint6",
+        rig: include_str!("../../rigs/so101_joint6.toml"),
+        models: &[
+            PlantedModel {
+                id: "C2_lag",
+                field: "lag",
+                replaced: ["lag = \"0.07639 s\"", "lag = \"0.05639 s\""],
+                value: Some(0.02),
+            },
+            PlantedModel {
+                id: "C2_lag",
+                field: "lag",
+                replaced: ["lag = \"0.07639 s\"", "lag = \"0.03639 s\""],
+                value: Some(0.04),
             },
         ],
         ..SO101
