@@ -182,6 +182,7 @@ const DRIVE_TOLERANCES: &[&str] = &[
     "presliding_travel",
     "compliance",
     "offset",
+    "gravity_torque",
     "clock_offset",
 ];
 

@@ -224,7 +224,7 @@ fn mount_is_not_named_for_friction_beyond_its_prior() {
     let (id, seed) = ("K4_friction", 3_402_732_986);
     let of = |size, without| answer_in_noise(NoiseColour::White, Rig::Contact, seed, &[(id, size)], without);
     assert_eq!(of(0.059_073, &[]), (RecordedVerdict::Named, vec![id.to_owned()]));
-    assert_eq!(of(0.029_537, &[id]), (RecordedVerdict::NotInLibrary, Vec::new()));
+    assert_eq!(of(0.029_537, &[id]), (RecordedVerdict::ModelInadequate, Vec::new()));
 }
 
 /// Asserts that one effect is named in the contact, and no other.
@@ -245,7 +245,7 @@ fn effect_weaker_than_the_clock_offset_penalty_is_not_named() {
     let (rig, without) = (Rig::Drive { link_encoder: false }, "J12_current_loop");
     assert_eq!(
         answer_of(rig, 2_617_100_129, &[(without, 0.004)], &[without]),
-        (RecordedVerdict::NotInLibrary, Vec::new())
+        (RecordedVerdict::ModelInadequate, Vec::new())
     );
 }
 
@@ -257,7 +257,7 @@ fn delay_within_the_clock_prior_is_not_outside_the_library() {
 
 #[test]
 fn delay_beyond_the_clock_prior_is_outside_a_library_without_it() {
-    assert_eq!(diagnosed(&[("C1_transport_delay", 0.02)], &["C1_transport_delay"]).0, RecordedVerdict::NotInLibrary);
+    assert!(diagnosed(&[("C1_transport_delay", 0.02)], &["C1_transport_delay"]).0.is_open());
 }
 
 #[test]
@@ -303,7 +303,9 @@ fn axes_in_noise(
 ) -> (Vec<RecordedVerdict>, RecordedAnswer) {
     let costly = ["J9_torque_ripple", "J10_transmission_error"];
     let answer = full_answer(colour, Rig::Robot, seed, hidden, &[&costly, without].concat());
-    (answer.blocks.iter().map(|block| block.1).collect(), answer)
+    // The robot as a whole has a block of its own.
+    let axes = answer.blocks.iter().filter(|block| block.0.contains(", axis "));
+    (axes.map(|block| block.1).collect(), answer)
 }
 
 #[test]
@@ -325,7 +327,7 @@ fn effect_that_avoids_an_impossible_nuisance_is_named() {
 fn gear_of_one_axis_is_not_attributed_to_another() {
     let id = "J8_elasticity";
     let (verdicts, _) = axes(11, &[(id, 8.4e-6)], &[id]);
-    assert_eq!(verdicts, [RecordedVerdict::NoEffect, RecordedVerdict::NotInLibrary, RecordedVerdict::NoEffect]);
+    assert_eq!(verdicts, [RecordedVerdict::NoEffect, RecordedVerdict::NotInLibrary, RecordedVerdict::Withheld]);
 }
 
 #[test]

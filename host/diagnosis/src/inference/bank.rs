@@ -176,9 +176,8 @@ impl Bank {
     /// Noise is drawn `NULLS` times in the space of the signatures; beyond the draws the tail is exponential.
     pub fn chance(&self, Gram(gram): &Gram, hypotheses: usize, rarity: f64) -> f64 {
         let count = gram.ncols();
-        // Relative to each entry: powers of signatures differ by many orders of magnitude.
-        let jitter = gram.diagonal().map(|power| 1e-9 * power + f64::MIN_POSITIVE);
-        let Some(factor) = (gram + DMatrix::from_diagonal(&jitter)).cholesky() else {
+        let jitter = 1e-9 * gram.diagonal().max() + f64::MIN_POSITIVE;
+        let Some(factor) = (gram + DMatrix::identity(count, count) * jitter).cholesky() else {
             return f64::INFINITY;
         };
         let noise = DMatrix::from_fn(count, NULLS, |i, draw| gaussian(draw as u64, i as u32));
