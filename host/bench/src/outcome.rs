@@ -120,7 +120,7 @@ fn by_blocks(plant: &GauntletPlant, truth: &SealedTruth, answer: &RecordedAnswer
 }
 
 /// Returns the causes of each block with a verdict.
-fn causes(answer: &RecordedAnswer, verdict: RecordedVerdict) -> Vec<Vec<&NamedCause>> {
+pub(crate) fn causes(answer: &RecordedAnswer, verdict: RecordedVerdict) -> Vec<Vec<&NamedCause>> {
     let blocks = answer.blocks.iter().filter(|(_, own)| *own == verdict);
     blocks.map(|(block, _)| answer.effects.iter().filter(|effect| effect.block == *block).collect()).collect()
 }
@@ -134,9 +134,7 @@ fn is_true(plant: &GauntletPlant, truth: &SealedTruth, found: &NamedCause) -> bo
 
 /// Returns whether any block names an effect that is not there.
 fn names_falsely(plant: &GauntletPlant, truth: &SealedTruth, answer: &RecordedAnswer) -> bool {
-    let is_named =
-        |block: &str| answer.blocks.iter().any(|(own, verdict)| own == block && *verdict == RecordedVerdict::Named);
-    answer.effects.iter().any(|effect| is_named(&effect.block) && !is_true(plant, truth, effect))
+    causes(answer, RecordedVerdict::Named).iter().flatten().any(|cause| !is_true(plant, truth, cause))
 }
 
 fn named(plant: &GauntletPlant, truth: &SealedTruth, answer: &RecordedAnswer) -> AnswerGrade {

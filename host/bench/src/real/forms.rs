@@ -50,7 +50,7 @@ pub enum PlantedChange {
     Torque(TorqueForm),
     /// Delay of the response; sizes in rows.
     Delay,
-    /// Clock of the sender runs fast; sizes in rows over the whole recording.
+    /// The other clock runs fast; sizes in rows over the whole recording.
     Skew,
 }
 
@@ -163,14 +163,10 @@ impl PlantedChange {
                 // An earlier command is a later response.
                 (column, (0..values.len()).map(|i| values[(i + rows).min(values.len() - 1)]).collect())
             }
-            Self::Skew => match joint.rig.log.get("received.t") {
-                Some(clock) => (clock, table.signal(clock)?.iter().map(|value| value * (1.0 + size)).collect()),
-                None => {
-                    let column = joint.command()?;
-                    let values = table.signal(column)?;
-                    (column, (0..values.len()).map(|i| between(&values, i as f64 * (1.0 + size))).collect())
-                }
-            },
+            Self::Skew => {
+                let clock = joint.column("received.t")?;
+                (clock, table.signal(clock)?.iter().map(|value| value * (1.0 + size)).collect())
+            }
         };
         table.set(column, &values)
     }
@@ -240,13 +236,6 @@ fn derivative(time: &[f64], values: &[f64]) -> Vec<f64> {
         (values[after] - values[before]) / (time[after] - time[before])
     };
     (0..=last).map(of).collect()
-}
-
-/// Value between two samples.
-fn between(values: &[f64], place: f64) -> f64 {
-    let before = (place.floor() as usize).min(values.len() - 1);
-    let after = (before + 1).min(values.len() - 1);
-    values[before] + (place - before as f64).min(1.0) * (values[after] - values[before])
 }
 
 fn root_mean_square(values: &[f64]) -> f64 {

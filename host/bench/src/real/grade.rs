@@ -1,5 +1,6 @@
 //! Grades of answers in measured recordings, against the answer for the unchanged set.
 
+use crate::outcome::causes;
 use crate::real::trial::{PlantedEffect, RealRecord};
 use crate::record::{NamedCause, RecordedAnswer, RecordedVerdict};
 use serde::Serialize;
@@ -43,9 +44,7 @@ impl RealGrade {
 
 /// Named causes of an answer, in blocks with that verdict.
 pub(super) fn named(answer: &RecordedAnswer) -> impl Iterator<Item = &NamedCause> {
-    let is_named =
-        |block: &str| answer.blocks.iter().any(|(own, verdict)| own == block && *verdict == RecordedVerdict::Named);
-    answer.effects.iter().filter(move |effect| is_named(&effect.block))
+    causes(answer, RecordedVerdict::Named).into_iter().flatten()
 }
 
 pub(super) fn is_effect(planted: &PlantedEffect, cause: &NamedCause) -> bool {

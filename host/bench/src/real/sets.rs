@@ -69,48 +69,44 @@ pub struct MeasuredSet {
     pub models: &'static [PlantedModel],
     /// Whether equal steps between the samples may be made shorter by interpolation.
     pub continuous: bool,
-    /// Whether a case takes a minute.
-    pub slow: bool,
+    /// Whether rows may be dropped: a single event and impacts are gone with theirs.
+    pub droppable: bool,
 }
 
 const fn torque(id: &'static str, field: &'static str, on_nominal: bool, form: TorqueForm) -> PlantedForm {
     PlantedForm { id, field, on_nominal, change: PlantedChange::Torque(form) }
 }
 
-/// Forms of a drive that slides.
-const SLIDING: &[PlantedForm] = &[
-    torque("J1_coulomb", "coulomb", true, TorqueForm::Coulomb),
-    torque("J2_viscous", "viscous", true, TorqueForm::Viscous),
-    torque("J3_stribeck", "stribeck", false, TorqueForm::Static),
-    torque("J9_torque_ripple", "ripple_sin", false, TorqueForm::Ripple),
-    torque("J11_torque_constant", "torque_constant_error", false, TorqueForm::Gain),
-    torque("J15_link_inertia", "inertia_error", false, TorqueForm::Inertia),
-    torque("J17_cable_drag", "cable_stiffness", false, TorqueForm::Cable),
-    torque("J18_drive_offset", "coulomb_asymmetry", false, TorqueForm::Direction),
-    torque("J18_drive_offset", "offset", false, TorqueForm::Offset),
-];
+const COULOMB: PlantedForm = torque("J1_coulomb", "coulomb", true, TorqueForm::Coulomb);
+const GAIN: PlantedForm = torque("J11_torque_constant", "torque_constant_error", false, TorqueForm::Gain);
+const CABLE: PlantedForm = torque("J17_cable_drag", "cable_stiffness", false, TorqueForm::Cable);
+const DIRECTION: PlantedForm = torque("J18_drive_offset", "coulomb_asymmetry", false, TorqueForm::Direction);
+const DELAY: PlantedForm =
+    PlantedForm { id: "C1_transport_delay", field: "delay", on_nominal: false, change: PlantedChange::Delay };
 
-/// Forms of a drive that turns: the same and gravity.
+/// Forms of a drive that turns; gravity is the last.
 const TURNING: &[PlantedForm] = &[
-    torque("J1_coulomb", "coulomb", true, TorqueForm::Coulomb),
+    COULOMB,
     torque("J2_viscous", "viscous", true, TorqueForm::Viscous),
     torque("J3_stribeck", "stribeck", false, TorqueForm::Static),
     torque("J9_torque_ripple", "ripple_sin", false, TorqueForm::Ripple),
-    torque("J11_torque_constant", "torque_constant_error", false, TorqueForm::Gain),
+    GAIN,
     torque("J15_link_inertia", "inertia_error", false, TorqueForm::Inertia),
-    torque("J17_cable_drag", "cable_stiffness", false, TorqueForm::Cable),
-    torque("J18_drive_offset", "coulomb_asymmetry", false, TorqueForm::Direction),
+    CABLE,
+    DIRECTION,
     torque("J18_drive_offset", "offset", false, TorqueForm::Offset),
     torque("J16_gravity_compensation", "gravity_cos", false, TorqueForm::Gravity),
 ];
+
+/// Forms of a drive that slides: without gravity.
+const SLIDING: &[PlantedForm] = TURNING.split_at(TURNING.len() - 1).0;
 
 /// Pairs of both lists: friction with a spring, ripple with friction, inertia with friction, gain with ripple, spring with
 /// ripple.
 const PAIRS: &[[usize; 2]] = &[[0, 6], [1, 3], [5, 0], [4, 3], [6, 3]];
 
 /// Forms of a servo.
-const SERVO: &[PlantedForm] =
-    &[PlantedForm { id: "C1_transport_delay", field: "delay", on_nominal: false, change: PlantedChange::Delay }];
+const SERVO: &[PlantedForm] = &[DELAY];
 
 const ONLY: &[PlantedJoint] = &[PlantedJoint { end: "", block: "" }];
 
@@ -129,7 +125,7 @@ const EMPTY: MeasuredSet = MeasuredSet {
     pairs: &[],
     models: &[],
     continuous: false,
-    slow: false,
+    droppable: true,
 };
 
 const KUKA: MeasuredSet = MeasuredSet {
@@ -298,6 +294,7 @@ pub const SETS: &[MeasuredSet] = &[
     },
     MeasuredSet {
         name: "ur_servo",
+        droppable: false,
         folder: "ur-servo",
         training: &["delay_log.csv"],
         rig: include_str!("../../../../campaigns/rigs/ur_servo.toml"),
@@ -307,6 +304,7 @@ pub const SETS: &[MeasuredSet] = &[
     },
     MeasuredSet {
         name: "cube",
+        droppable: false,
         folder: "cube-tosses",
         training: &["tosses.csv"],
         hold_out_experiments: Some("4:1"),
@@ -325,7 +323,6 @@ pub const SETS: &[MeasuredSet] = &[
                 value: None,
             },
         ],
-        slow: true,
         ..EMPTY
     },
     MeasuredSet {
@@ -335,24 +332,16 @@ pub const SETS: &[MeasuredSet] = &[
         joints: &[PlantedJoint { end: ".1", block: "R3 torque to motion, axis 1" }],
         forms: ROBOT,
         multiples: &[2.0],
-        slow: true,
         ..KUKA_ROBOT
     },
 ];
 
 /// Forms of a command that is one event: a delay, and the other clock.
-const SERVO_EVENTS: &[PlantedForm] = &[
-    PlantedForm { id: "C1_transport_delay", field: "delay", on_nominal: false, change: PlantedChange::Delay },
-    PlantedForm { id: "C5_clock_skew", field: "clock_skew", on_nominal: false, change: PlantedChange::Skew },
-];
+const SERVO_EVENTS: &[PlantedForm] =
+    &[DELAY, PlantedForm { id: "C5_clock_skew", field: "clock_skew", on_nominal: false, change: PlantedChange::Skew }];
 
 /// Forms of an axis of a robot.
-const ROBOT: &[PlantedForm] = &[
-    torque("J1_coulomb", "coulomb", true, TorqueForm::Coulomb),
-    torque("J11_torque_constant", "torque_constant_error", false, TorqueForm::Gain),
-    torque("J17_cable_drag", "cable_stiffness", false, TorqueForm::Cable),
-    torque("J18_drive_offset", "coulomb_asymmetry", false, TorqueForm::Direction),
-];
+const ROBOT: &[PlantedForm] = &[COULOMB, GAIN, CABLE, DIRECTION];
 
 impl MeasuredSet {
     /// Returns whether its recordings are below a folder of measured data.

@@ -49,8 +49,7 @@ impl UntouchedChange {
         if set.beside.is_empty() {
             all.push(Self::UnitsChanged);
         }
-        // A single event and impacts are gone with their rows.
-        if !set.forms.is_empty() && set.name != "ur_servo" {
+        if set.droppable {
             all.push(Self::RowsDropped);
         }
         if set.continuous {
@@ -79,8 +78,7 @@ impl UntouchedChange {
         if self != Self::UnitsChanged {
             return Ok(rig.to_owned());
         }
-        let refused = |error: toml::de::Error| GauntletError::Model(error.to_string());
-        let mut parsed: Table = rig.parse().map_err(refused)?;
+        let mut parsed = parsed(rig)?;
         for column in columns(&mut parsed) {
             if let Some((_, other, factor)) = changed(column) {
                 column.insert("unit".to_owned(), Value::String(other.to_owned()));
@@ -122,8 +120,7 @@ impl UntouchedChange {
                 table.rows.iter_mut().for_each(|row| row[place] += SHIFT * unit);
             }
             Self::UnitsChanged => {
-                let refused = |error: toml::de::Error| GauntletError::Model(error.to_string());
-                let mut parsed: Table = rig.parse().map_err(refused)?;
+                let mut parsed = parsed(rig)?;
                 for column in columns(&mut parsed) {
                     // With a scale the numbers stay: it states what they count.
                     let name = column.get("column").and_then(Value::as_str).unwrap_or("").to_owned();
@@ -150,6 +147,11 @@ impl UntouchedChange {
     pub(crate) fn separator(self) -> char {
         if self == Self::ColumnsReversed { ';' } else { ',' }
     }
+}
+
+/// A rig file as a table.
+fn parsed(rig: &str) -> Result<Table> {
+    rig.parse().map_err(|error: toml::de::Error| GauntletError::Model(error.to_string()))
 }
 
 /// The columns of a rig file.

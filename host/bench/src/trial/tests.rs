@@ -303,7 +303,7 @@ fn axes_in_noise(
 ) -> (Vec<RecordedVerdict>, RecordedAnswer) {
     let costly = ["J9_torque_ripple", "J10_transmission_error"];
     let answer = full_answer(colour, Rig::Robot, seed, hidden, &[&costly, without].concat());
-    // The robot as a whole has a block of its own.
+    // The robot as a whole is a separate block.
     let axes = answer.blocks.iter().filter(|block| block.0.contains(", axis "));
     (axes.map(|block| block.1).collect(), answer)
 }

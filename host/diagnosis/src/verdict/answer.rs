@@ -211,6 +211,11 @@ pub struct BlockAnswer {
 }
 
 impl BlockAnswer {
+    /// Returns the largest error that the model has as given.
+    pub fn largest_error(&self) -> Option<&RemainingError> {
+        self.remaining.iter().max_by(|a, b| a.before.total_cmp(&b.before))
+    }
+
     /// Returns the answer without its causes, because a form outside the library explains the data better.
     #[must_use]
     pub fn without_name(self) -> Self {

@@ -6,7 +6,7 @@ use crate::model::unknown::Unknown;
 use serde::Serialize;
 use softdock_campaign::rig::sliding;
 
-/// z-score from which a nuisance parameter is a finding of its own.
+/// z-score from which a nuisance parameter is a finding.
 pub const REPORTED_Z: f64 = 3.5;
 
 /// Nuisance parameter of the model with its fitted value.

@@ -4,6 +4,7 @@ use crate::diagnosis::Diagnosis;
 use crate::model::place::place;
 use crate::report::wording::{behaviour, cause, effect_place, effect_words, place_and_cause, sized};
 use crate::verdict::answer::{BlockAnswer, DiagnosisVerdict, EffectFound};
+use crate::verdict::errors::RemainingError;
 use softdock_analysis::number::{posterior, significant, with_unit};
 
 /// Returns the headline.
@@ -83,7 +84,7 @@ fn ambiguous(diagnosis: &Diagnosis, blocks: &[&BlockAnswer]) -> String {
 
 fn not_in_library(blocks: &[&BlockAnswer]) -> String {
     let Some(block) = blocks.first() else { return String::new() };
-    let size = largest(block).map_or_else(String::new, |size| format!(" of {size}"));
+    let size = block.largest_error().map_or_else(String::new, |error| format!(" of {}", error_size(error)));
     let form = block.form.as_ref().filter(|form| form.holds).map(|form| format!("; it {}", behaviour(form)));
     let others = others(blocks);
     format!(
@@ -112,11 +113,10 @@ fn places(blocks: &[&BlockAnswer]) -> String {
     places.join(", ")
 }
 
-/// Returns the largest error that a block's model has as given.
-fn largest(block: &BlockAnswer) -> Option<String> {
-    let error = block.remaining.iter().max_by(|a, b| a.before.total_cmp(&b.before))?;
+/// Size of an error that a block's model has as given.
+fn error_size(error: &RemainingError) -> String {
     let band = error.below_hz.map_or_else(String::new, |hz| format!(" below {} Hz", significant(hz, 3)));
-    Some(format!("{} RMS{band} ({})", with_unit(error.before, error.unit), error.signal))
+    format!("{} RMS{band} ({})", with_unit(error.before, error.unit), error.signal)
 }
 
 /// Returns the parameters beyond their tolerances.

@@ -62,13 +62,8 @@ fn error(block: &BlockAnswer) -> String {
             let range = if before == after { before } else { format!("{before} -> {after}") };
             format!("{range} % of the torque")
         }
-        None => largest(block).map_or_else(String::new, remaining),
+        None => block.largest_error().map_or_else(String::new, remaining),
     }
-}
-
-/// Error of a block that is largest relative to the others of its unit.
-fn largest(block: &BlockAnswer) -> Option<&RemainingError> {
-    block.remaining.iter().max_by(|a, b| a.before.total_cmp(&b.before))
 }
 
 /// Parameters of the named causes, with their evidence.
