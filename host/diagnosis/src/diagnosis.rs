@@ -5,7 +5,7 @@ use crate::data::hold_out::Every;
 use crate::data::quality::RecordingQuality;
 use crate::data::recordings::Recordings;
 use crate::inference::identifiability::{BlockIdentifiability, identifiability};
-use crate::inference::judge::{explains_better, judge, numerical_error};
+use crate::inference::judge::{SMALL_TREND, explains_better, judge, numerical_error};
 use crate::inference::unmodelled::is_simpler;
 use crate::model::block::MeasuredBlock;
 use crate::model::hypothesis::Hypothesis;
@@ -230,11 +230,7 @@ impl Prepared {
             answer = own.with_errors(answer);
             self.plant.learn(&self.recordings, self.first, &own, &answer);
             answer = self.plant.complete(&self.recordings, &own, answer);
-            let explained = own.found(&answer).map(|found| found.fitted.values(&own.block.base));
-            answer = match own.block.grew(explained.as_ref().unwrap_or(&own.block.base)) {
-                true => self.changing(&own.block, answer),
-                false => self.plant.with_random(&self.recordings, &own.block, &self.without, answer),
-            };
+            answer = self.without_drift(&own, answer);
             all.answers.push(answer);
             all.judged.push(own);
         }
@@ -242,13 +238,26 @@ impl Prepared {
         Ok(all)
     }
 
-    /// Returns the answer without a cause, because the repeat-to-repeat difference grew with the session time: no effect of
-    /// a library explains that, and it is not separable from noise.
-    fn changing(&mut self, block: &MeasuredBlock, answer: BlockAnswer) -> BlockAnswer {
-        let what = "the repeat-to-repeat difference grows with the session time and with the signal: a drift that is not \
-                    in the library, such as a temperature-dependent gain; repeat one experiment until the drift settles";
-        self.findings.push(Finding { recording: block.name.to_owned(), what: what.to_owned() });
-        answer.without_name()
+    /// Returns the answer for a block whose repeats may drift over the session: no effect of a library explains that, and it
+    /// is not separable from noise. A drift that is small beside what a cause explains is a finding beside it; otherwise no
+    /// cause is named.
+    fn without_drift(&mut self, own: &Judged, answer: BlockAnswer) -> BlockAnswer {
+        let base = &own.block.base;
+        let share = match own.found(&answer) {
+            Some(found) => own.block.share_of_trend(&own.judgement.clamped.values(base), &found.fitted.values(base)),
+            None if own.block.grew(base) => f64::INFINITY,
+            None => 0.0,
+        };
+        if share == 0.0 {
+            return self.plant.with_random(&self.recordings, &own.block, &self.without, answer);
+        }
+        let beside = if share < SMALL_TREND { " (small beside what the named cause explains)" } else { "" };
+        let what = format!(
+            "the repeat-to-repeat difference grows with the session time and with the signal{beside}: a drift that is not in \
+             the library, such as a temperature-dependent gain; repeat one experiment until the drift settles"
+        );
+        self.findings.push(Finding { recording: own.block.name.to_owned(), what });
+        if share < SMALL_TREND { answer } else { answer.without_name() }
     }
 
     /// Reports that the step size of a scenario was kept although it is not converged.

@@ -17,6 +17,9 @@ const STATIC: f64 = 0.03;
 /// Periods of a planted torque ripple over the range of the motion.
 const RIPPLE_PERIODS: f64 = 9.0;
 
+/// Tolerances beyond which a parameter is no calibration.
+const OUTSIDE: f64 = 5.0;
+
 /// Torque that a machine would need besides, for the same motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TorqueForm {
@@ -46,7 +49,7 @@ pub enum TorqueForm {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PlantedChange {
     /// Torque of a form, added to the recorded one; sizes in multiples of the torque that the unchanged set leaves
-    /// unexplained (root mean square).
+    /// unexplained (root mean square), at least [`OUTSIDE`] tolerances of the model.
     Torque(TorqueForm),
     /// Delay of the response; sizes in rows.
     Delay,
@@ -119,7 +122,8 @@ impl JointMotion {
 
 impl PlantedChange {
     /// Returns the planted parameter in SI units: `multiple` of what the unchanged set leaves unexplained, as a share of
-    /// the torque, or of a row; `joint` ends the names of a robot's signals (`.3`).
+    /// the torque, or of a row; `joint` ends the names of a robot's signals (`.3`), and `tolerance` is the model's of the
+    /// parameter, 0 without one.
     ///
     /// # Errors
     /// A signal that the rig or the recording does not have.
@@ -129,6 +133,7 @@ impl PlantedChange {
         joint: Joint,
         multiple: f64,
         unexplained: f64,
+        tolerance: f64,
     ) -> Result<PlantedSize> {
         let rows = table.rows.len() - 1;
         let Self::Torque(form) = self else {
@@ -139,7 +144,9 @@ impl PlantedChange {
         let motion = joint.motion(table)?;
         let scale = motion.scale();
         let unit = motion.torque(form, scale, &recorded);
-        let value = multiple * unexplained * root_mean_square(&recorded) / root_mean_square(&unit);
+        // A constant part is one with the drive's offset.
+        let power = if form == TorqueForm::Offset { root_mean_square(&unit) } else { deviation(&unit) };
+        let value = (multiple * unexplained * root_mean_square(&recorded) / power).max(OUTSIDE * tolerance);
         Ok(PlantedSize { value, scale: Some(scale) })
     }
 
@@ -240,6 +247,12 @@ fn derivative(time: &[f64], values: &[f64]) -> Vec<f64> {
 
 fn root_mean_square(values: &[f64]) -> f64 {
     (values.iter().map(|value| value * value).sum::<f64>() / values.len() as f64).sqrt()
+}
+
+/// Root mean square about the mean.
+fn deviation(values: &[f64]) -> f64 {
+    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    root_mean_square(&values.iter().map(|value| value - mean).collect::<Vec<f64>>())
 }
 
 fn ends(values: &[f64]) -> (f64, f64) {

@@ -61,7 +61,8 @@ pub fn planted_grade(base: &RecordedAnswer, record: &RealRecord) -> RealGrade {
     if answer.verdict == RecordedVerdict::Refused {
         return RealGrade::Refused;
     }
-    let is_new = |cause: &&NamedCause| !named(base).any(|own| is_same(own, cause));
+    // What the unchanged set has as well, with or without practical gain, is a property of the machine.
+    let is_new = |cause: &&NamedCause| !base.effects.iter().any(|own| is_same(own, cause));
     let is_planted = |cause: &NamedCause| planted.iter().any(|own| is_effect(own, cause));
     if named(answer).filter(is_new).any(|cause| !is_planted(cause)) {
         return RealGrade::Wrong;
@@ -85,7 +86,7 @@ pub fn planted_grade(base: &RecordedAnswer, record: &RealRecord) -> RealGrade {
 
 /// Whether an effect that the unchanged set has as well has changed by about the planted size.
 fn has_size(base: &RecordedAnswer, planted: &PlantedEffect, cause: &NamedCause) -> bool {
-    let Some(own) = named(base).find(|own| is_same(own, cause)) else { return true };
+    let Some(own) = base.effects.iter().find(|own| is_same(own, cause)) else { return true };
     let value = |cause: &NamedCause| cause.parameters.get(&planted.field).map(|estimate| estimate.value);
     match (value(own), value(cause), planted.size) {
         (Some(before), Some(after), Some(size)) => SAME_SIZE.contains(&((after - before) / size)),

@@ -32,7 +32,8 @@ fn sizes(base: &RecordedAnswer, record: &RealRecord) -> Vec<RealSize> {
         let size = planted.size?;
         let cause = named(&record.answer).find(|cause| is_effect(planted, cause))?;
         let own = cause.parameters.get(&planted.field)?;
-        let before = named(base).find(|own| is_same(own, cause)).and_then(|own| own.parameters.get(&planted.field));
+        let before =
+            base.effects.iter().find(|own| is_same(own, cause)).and_then(|own| own.parameters.get(&planted.field));
         let before = before.map_or(if planted.on_nominal { own.nominal } else { 0.0 }, |before| before.value);
         let (relative, truth) = ((own.value - before) / size - 1.0, before + size);
         let held = (own.lo..=own.hi).contains(&truth);

@@ -10,6 +10,7 @@ use crate::trial::{Found, answer};
 use crate::{GauntletError, Result};
 use serde::{Deserialize, Serialize};
 use softdock_campaign::Rig;
+use softdock_campaign::rig::RigModel;
 use softdock_diagnosis::diagnosis::DiagnosisOptions;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -178,7 +179,13 @@ impl Copied {
         });
         let mut planted = Vec::new();
         for form in places.of(forms) {
-            let size = form.change.size(&self.tables[&first], own, multiple, unexplained.unwrap_or(0.0))?;
+            let size = form.change.size(
+                &self.tables[&first],
+                own,
+                multiple,
+                unexplained.unwrap_or(0.0),
+                tolerance(rig, form.field),
+            )?;
             self.tables.values_mut().try_for_each(|table| form.change.plant(table, own, size))?;
             let (id, field) = (form.id.to_owned(), form.field.to_owned());
             let (block, on_nominal) = (joint.block.to_owned(), form.on_nominal);
@@ -213,6 +220,13 @@ impl Copied {
         let holdout = folder.join("holdout");
         std::fs::create_dir_all(&holdout).map_err(GauntletError::file(&holdout))
     }
+}
+
+/// Tolerance of a drive's parameter, SI; 0 without one. A motor's inertia and an inertia error of its link are one.
+fn tolerance(rig: &Rig, field: &str) -> f64 {
+    let RigModel::Drive(drive) = &rig.plant else { return 0.0 };
+    let is_own = |name: &str| name == field || (field == "inertia_error" && name == "motor_inertia");
+    drive.tolerance.iter().filter(|(name, _)| is_own(name)).map(|(_, tolerance)| *tolerance).fold(0.0, f64::max)
 }
 
 /// The time from which recordings are held out, on their clock.

@@ -13,8 +13,10 @@ const WORTH: f64 = 0.01;
 const SIGNIFICANT: f64 = 2.0;
 /// Prior standard deviations within which the form of an effect is plausible.
 const FAR_OFF: f64 = 3.5;
-/// Standard deviations that make up a size that is well known.
+/// Standard deviations that make up a size that is well known, and one that is known in spite of a misfit or of another
+/// effect.
 const WELL_KNOWN: f64 = 8.0;
+const BEYOND_DOUBT: f64 = 40.0;
 /// Correlation of two sizes from which on one effect may undo the other.
 const TIED: f64 = 0.8;
 /// Mean square of whitened residuals that may be noise alone.
@@ -104,9 +106,11 @@ fn has_doubtful_size(library: &[Hypothesis], members: &[usize], fitted: &Fitted,
     let others = |number: usize| members.iter().filter(move |other| **other != number).flat_map(|other| sizes(*other));
     let is_undone = |number: usize, size: usize| others(number).any(|other| tied(size, other));
     let too_large = |size: &usize| fitted.z[*size].abs() >= FAR_OFF;
-    let is_vague = |size: usize| fitted.z[size].powi(2) < WELL_KNOWN * WELL_KNOWN * covariance(size, size);
+    let is_within = |size: usize, deviations: f64| fitted.z[size].powi(2) < deviations.powi(2) * covariance(size, size);
     let bends = fitted.mean_square() > ADEQUATE;
-    let is_doubtful = |number: usize, size: usize| bends || is_vague(size) || is_undone(number, size);
+    let is_doubtful = |number: usize, size: usize| {
+        is_within(size, WELL_KNOWN) || is_within(size, BEYOND_DOUBT) && (bends || is_undone(number, size))
+    };
     // What any model has wrong is limited by physics alone.
     let mut structure = members.iter().filter(|number| !library[**number].calibration);
     structure.any(|number| sizes(*number).into_iter().filter(too_large).any(|size| is_doubtful(*number, size)))

@@ -35,6 +35,8 @@ const REFINED: usize = 3;
 const COMPARED: usize = 12;
 /// Probability that noise alone reaches the threshold (false-positive rate).
 const RARITY: f64 = 5e-4;
+/// Power of a drift over the session, as a share of what a candidate explains, that it may leave.
+pub(crate) const SMALL_TREND: f64 = 0.1;
 /// Least threshold of log-odds from which on an effect counts as present.
 const LEAST_THRESHOLD: f64 = 5.0;
 
@@ -237,12 +239,16 @@ impl<'a> JudgementContext<'a> {
         fits.into_iter().zip(carried).map(|(fitted, carried)| Fitted { carried, ..fitted }).collect()
     }
 
-    /// If the differences of repeats grow over the session, rejects candidates that do not explain this drift, however
-    /// well they explain the rest.
-    fn deny_what_leaves_a_drift(&self, ranking: &mut [Candidate]) {
+    /// If the differences of repeats grow over the session, rejects candidates that leave a drift that is not small beside
+    /// what they explain.
+    fn deny_what_leaves_a_drift(&self, clamped: &Fitted, ranking: &mut [Candidate]) {
         if self.together.is_some() {
             let admissible = ranking.iter_mut().filter(|candidate| candidate.admissible);
-            admissible.for_each(|own| own.admissible = !self.block.grew(&own.fitted.values(&self.block.base)));
+            let without = clamped.values(&self.block.base);
+            admissible.for_each(|own| {
+                own.admissible =
+                    self.block.share_of_trend(&without, &own.fitted.values(&self.block.base)) < SMALL_TREND;
+            });
         }
     }
 
@@ -277,7 +283,7 @@ impl<'a> JudgementContext<'a> {
             })
             .collect();
         ranking.sort_by(|a, b| b.score(library.len()).total_cmp(&a.score(library.len())));
-        self.deny_what_leaves_a_drift(&mut ranking);
+        self.deny_what_leaves_a_drift(&clamped, &mut ranking);
         self.add_input_noise(&null, dispersion, &mut ranking);
         self.compensate(dispersion, &mut ranking);
         self.add_deviations(dispersion, &mut ranking);

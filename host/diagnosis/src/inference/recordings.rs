@@ -2,6 +2,7 @@
 //! over repeats, whitened, and the differences of repeats.
 
 use crate::inference::adequacy::Level;
+use crate::inference::autocorrelation::power;
 use crate::inference::noise::{Noise, deviations, mean};
 use crate::inference::parameter_deviations::ExperimentRows;
 use crate::inference::trend::{Aged, Detrended, detrended};
@@ -45,7 +46,27 @@ impl MeasuredBlock {
     /// Returns whether the differences of repeats, at a parameter set, contain a trend over the session that is not
     /// common to all experiments.
     pub fn grew(&self, set: &[f64]) -> bool {
-        self.clock.is_some() && BlockRecordings::of(self, false, |_| true).detrended(set).grew
+        self.clock.is_some() && !BlockRecordings::of(self, false, |_| true).detrended(set).trend.is_empty()
+    }
+
+    /// Returns the power of that trend as a share of what the parameter set explains of the recordings beyond the nominal
+    /// one, in units of the noise; 0 without a trend, infinity if the set explains nothing.
+    pub(crate) fn share_of_trend(&self, nominal: &[f64], set: &[f64]) -> f64 {
+        if self.clock.is_none() {
+            return 0.0;
+        }
+        let all = BlockRecordings::of(self, false, |_| true);
+        let Detrended { noise, trend } = all.detrended(set);
+        if trend.is_empty() {
+            return 0.0;
+        }
+        let noise = |channel: usize| power(&noise, channel);
+        let trend: f64 = trend.iter().enumerate().map(|(channel, own)| own / noise(channel)).sum();
+        let differences: Vec<DMatrix<f64>> =
+            all.means(nominal).iter().zip(all.means(set)).map(|(without, with)| without - with).collect();
+        let explained: f64 =
+            (0..self.channels.len()).map(|channel| power(&differences, channel) / noise(channel)).sum();
+        trend / explained
     }
 }
 
@@ -154,7 +175,7 @@ impl<'a> BlockRecordings<'a> {
         let repeats: Vec<Aged> = self.experiments.iter().filter(|(_, members)| members.len() > 1).map(of).collect();
         match self.block.clock {
             Some(_) => detrended(repeats, &|| rounding(self.block)),
-            None => Detrended { noise: repeats.into_iter().flat_map(|own| own.deviations).collect(), grew: false },
+            None => Detrended::without_trend(repeats),
         }
     }
 

@@ -16,9 +16,16 @@ pub(super) struct Aged {
 pub(super) struct Detrended {
     /// The noise.
     pub(super) noise: Vec<DMatrix<f64>>,
-    /// Whether a trend over the session is not common to all experiments, for example a drifting gain, whose trend
-    /// follows its signal.
-    pub(super) grew: bool,
+    /// Power, beyond noise, of a trend over the session that is not common to all experiments, for example of a drifting
+    /// gain, whose trend follows its signal: channel by channel, empty without such a trend.
+    pub(super) trend: Vec<f64>,
+}
+
+impl Detrended {
+    /// Repeats without a trend of their own.
+    pub(super) fn without_trend(repeats: Vec<Aged>) -> Self {
+        Self { noise: repeats.into_iter().flat_map(|own| own.deviations).collect(), trend: Vec::new() }
+    }
 }
 
 /// Removes trends from the differences of repeats, which would otherwise count as low-frequency noise and mask their
@@ -28,8 +35,8 @@ pub(super) fn detrended(mut repeats: Vec<Aged>, rounding: &dyn Fn() -> Vec<f64>)
     remove_common(&mut repeats);
     let apart: Vec<Apart> = repeats.iter().filter_map(Aged::apart).collect();
     match grew(&apart, &[]) && grew(&apart, &rounding()) {
-        true => Detrended { noise: apart.into_iter().flat_map(|own| own.rest).collect(), grew: true },
-        false => Detrended { noise: repeats.into_iter().flat_map(|own| own.deviations).collect(), grew: false },
+        true => Detrended { trend: powers(&apart), noise: apart.into_iter().flat_map(|own| own.rest).collect() },
+        false => Detrended::without_trend(repeats),
     }
 }
 
@@ -71,6 +78,13 @@ impl Aged {
         let rest = each().map(|(x, share)| (x - &along * share) * scale).collect();
         Some(Apart { grown: along * ((count - 1.0) / count).sqrt(), rest })
     }
+}
+
+/// Power of what grows in each channel, beyond that of the rest.
+fn powers(apart: &[Apart]) -> Vec<f64> {
+    let grown: Vec<DMatrix<f64>> = apart.iter().map(|own| own.grown.clone()).collect();
+    let rest: Vec<DMatrix<f64>> = apart.iter().flat_map(|own| own.rest.clone()).collect();
+    (0..grown[0].nrows()).map(|c| (power(&grown, c) - power(&rest, c)).max(0.0)).collect()
 }
 
 /// Whether what grows is more than what noise, and rounding of such variances, does not explain, and not by chance.
@@ -132,25 +146,27 @@ mod tests {
     #[test]
     fn detrending_keeps_noise() {
         let all = detrended(["a", "b", "c"].map(|stream| repeats(stream, |_, t| wave(t))).into(), &Vec::new);
-        assert!(!all.grew && all.noise.len() == 9);
+        assert!(all.trend.is_empty() && all.noise.len() == 9);
         assert!((power_of(&all.noise) - 1.0).abs() < 0.1, "{}", power_of(&all.noise));
     }
 
     #[test]
     fn common_trend_is_removed_and_not_reported() {
         let all = detrended(["a", "b", "c"].map(|stream| repeats(stream, |age, _| 0.5 * age)).into(), &Vec::new);
-        assert!(!all.grew, "it is known what grows");
+        assert!(all.trend.is_empty(), "it is known what grows");
         assert!((power_of(&all.noise) - 1.0).abs() < 0.1, "{}", power_of(&all.noise));
     }
 
     #[test]
     fn trend_proportional_to_the_signal_is_reported_and_not_noise() {
         let grown = |size: f64| ["a", "b", "c"].map(|stream| repeats(stream, |age, t| size * age * wave(t)));
-        assert!(!detrended(grown(0.001).into(), &Vec::new).grew);
+        assert!(detrended(grown(0.001).into(), &Vec::new).trend.is_empty());
         let all = detrended(grown(0.05).into(), &Vec::new);
-        assert!(all.grew && all.noise.len() == 9);
+        assert!(all.trend.len() == 2 && all.noise.len() == 9);
+        let power = AGES.iter().map(|age| (0.05 * age).powi(2)).sum::<f64>() * 0.5;
+        assert!((all.trend[0] / power - 1.0).abs() < 0.1, "{} of {power}", all.trend[0]);
         assert!((power_of(&all.noise) - 1.0).abs() < 0.1, "{}", power_of(&all.noise));
-        assert!(!detrended(grown(0.05).into(), &|| vec![20.0; 2]).grew, "steps may do as much");
+        assert!(detrended(grown(0.05).into(), &|| vec![20.0; 2]).trend.is_empty(), "steps may do as much");
     }
 
     #[test]
@@ -161,6 +177,6 @@ mod tests {
             ages.truncate(2);
             Aged { deviations, ages }
         };
-        assert!(!detrended(vec![two("a"), two("b")], &Vec::new).grew);
+        assert!(detrended(vec![two("a"), two("b")], &Vec::new).trend.is_empty());
     }
 }

@@ -228,6 +228,13 @@ impl BlockAnswer {
         Self { effects, ruled_out, partner_missing, inadequate: Vec::new(), possible: Vec::new(), ..self }
     }
 
+    /// Returns the answer that the model is inadequate for a reason; effects without practical gain remain possible.
+    #[must_use]
+    pub(crate) fn inadequate_by(self, reason: String) -> Self {
+        let possible = self.effects.clone();
+        Self { answer: DiagnosisVerdict::ModelInadequate, inadequate: vec![reason], possible, ..self.without_effects() }
+    }
+
     /// Returns the answer without a finding, because another block may cause the residual.
     #[must_use]
     pub(crate) fn withheld(self) -> Self {

@@ -95,6 +95,8 @@ impl Context<'_> {
             Some(a) if a.gain_lo < PRACTICAL && !self.is_misfit() && !self.is_learnt_misfit(best) => {
                 DiagnosisVerdict::NoPracticalEffect
             }
+            // What gains nothing on unexplained motion is no cause of it.
+            Some(a) if a.gain_lo < PRACTICAL && self.is_misfit() && !a.leaves_noise() => DiagnosisVerdict::NotInLibrary,
             _ if several => DiagnosisVerdict::Ambiguous,
             _ => DiagnosisVerdict::Named,
         }

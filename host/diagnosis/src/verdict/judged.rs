@@ -2,7 +2,7 @@
 
 use crate::data::grid::Finding;
 use crate::inference::fit::Fitted;
-use crate::inference::judge::{BlockJudgement, Candidate};
+use crate::inference::judge::{BlockJudgement, Candidate, NoiseFrom};
 use crate::inference::recordings::BlockRecordings;
 use crate::inference::torque_error::TorqueError;
 use crate::inference::unmodelled::Unmodelled;
@@ -10,6 +10,10 @@ use crate::model::block::{MeasuredBlock, MeasuredOutput};
 use crate::model::hypothesis::Hypothesis;
 use crate::verdict::answer::{BlockAnswer, DiagnosisVerdict};
 use crate::verdict::errors::RemainingError;
+use softdock_analysis::number::significant;
+
+/// Share of the measured torque that a model may miss where its residual itself is the only estimate of the noise.
+const LARGE_TORQUE_ERROR: f64 = 0.2;
 
 /// Judgement of a block, for the page of the diagnosis.
 pub struct Judged {
@@ -49,7 +53,23 @@ impl Judged {
     }
 
     /// Returns an answer with the errors that the model has without and with it.
-    pub(crate) fn with_errors(&self, mut answer: BlockAnswer) -> BlockAnswer {
+    ///
+    /// Without repeats the noise is estimated from the residual, which then looks like noise however large it is: a model
+    /// that misses much of the torque is not without error.
+    pub(crate) fn with_errors(&self, answer: BlockAnswer) -> BlockAnswer {
+        let answer = self.with_remaining(answer);
+        let finds_nothing = answer.answer < DiagnosisVerdict::Named && answer.answer != DiagnosisVerdict::Withheld;
+        let error = answer.torque_error.filter(|error| error.after > LARGE_TORQUE_ERROR);
+        match error.filter(|_| finds_nothing && self.judgement.noise_from == NoiseFrom::Richest) {
+            Some(error) => answer.inadequate_by(format!(
+                "the model misses {} % of the torque, and without repeats of a motion model error and noise are not separable",
+                significant(100.0 * error.after, 2)
+            )),
+            None => answer,
+        }
+    }
+
+    fn with_remaining(&self, mut answer: BlockAnswer) -> BlockAnswer {
         let before = &self.judgement.clamped;
         let after = self.found(&answer).map_or(before, |found| &found.fitted);
         answer.torque_error = TorqueError::of(&self.block, answer.held_out, [before, after]);

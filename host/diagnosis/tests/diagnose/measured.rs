@@ -72,6 +72,26 @@ fn page_of_a_robot_is_small_and_explains_its_ids() {
     assert!(!page.contains("e-14") && !page.contains("e-15"), "an axis goes down to roundings");
 }
 
+/// Without repeats the residual is the only estimate of the noise, and never larger than it: the axis as a single drive
+/// misses two fifths of the torque.
+#[test]
+fn large_torque_error_is_not_taken_for_noise() {
+    let rig = Path::new(env!("CARGO_MANIFEST_DIR")).join("../bench/rigs/kr300_axis4.toml");
+    let log =
+        |file: &str| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data/kuka-kr300-recordings").join(file);
+    let rig = Rig::load(&rig).expect("a legal model");
+    let prepared = prepare(rig, &[&log("traj_A.csv")], &[&log("traj_B.csv")], &DiagnosisOptions::default());
+    let axis = prepared.expect("good recordings").diagnose().expect("a motion that shows something").0;
+    assert_eq!(axis.answer, DiagnosisVerdict::ModelInadequate);
+    let reason = axis.blocks.iter().flat_map(|block| &block.inadequate).next().expect("a reason");
+    assert!(reason.contains("% of the torque, and without repeats"), "{reason}");
+    for block in axis.blocks.iter().chain(&KUKA.0.blocks) {
+        let finds_nothing = matches!(block.answer, DiagnosisVerdict::NoEffect | DiagnosisVerdict::NoPracticalEffect);
+        let error = block.torque_error.map_or(0.0, |error| error.after);
+        assert!(!finds_nothing || error <= 0.2, "{}: {error}", block.block);
+    }
+}
+
 /// A KUKA KR 300 of which an identification knows links, rotors and friction: its second encoders are read three
 /// milliseconds late (Weigand 2021; a straight line through their differences says 3.0 to 3.1 ms).
 #[test]

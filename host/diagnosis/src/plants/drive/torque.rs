@@ -7,8 +7,12 @@ use crate::data::recordings::Recordings;
 use crate::inference::adequacy::ADEQUATE;
 use crate::model::block::MeasuredBlock;
 use crate::plants::drive::block::drive_block;
+use crate::verdict::answer::Residual;
 use crate::verdict::judged::{Blocks, is_explained};
 use softdock_engine::blocks::BlockKind;
+
+/// Share of the controller's misfit that may be left where its torque between the samples is known.
+const NEARLY_NOTHING: f64 = 1e-3;
 
 impl DrivePlant {
     /// Returns, for each recording, the torque among those that the log allows with the least residual of the motion: a
@@ -36,7 +40,8 @@ pub(super) fn withhold(all: &mut Blocks, prismatic: bool) -> Option<Finding> {
     let place = |kind: BlockKind| all.judged.iter().position(|own| own.block.section.is(kind));
     let (Some(asked), Some(moved)) = (place(BlockKind::Controller), place(BlockKind::Drive)) else { return None };
     let periods = all.judged[asked].block.trials.iter().map(|trial| trial.recorded.stride).max().unwrap_or(1);
-    let is_known = periods == 1 || all.answers[asked].residual.after.powi(2) <= ADEQUATE;
+    let Residual { before, after } = all.answers[asked].residual;
+    let is_known = periods == 1 || after.powi(2) <= ADEQUATE.max(NEARLY_NOTHING * before.powi(2));
     if is_known || is_explained(&all.answers[moved]) {
         return None;
     }

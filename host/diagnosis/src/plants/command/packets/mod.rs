@@ -125,9 +125,16 @@ fn named(answer: BlockAnswer, id: &'static str, name: &'static str, found: &Foun
     answer.beside(Beside { effect: EffectId::of(id).effect(), name, parameters, log_odds: found.log_odds })
 }
 
-/// The answer where losses or the delay's noise are beyond the threshold, and of another kind than the library has.
+/// The answer where losses or the delay's noise are beyond the threshold, and of another kind than the library has. They
+/// have no mean: causes that are named by the mean of repeats remain.
 fn unexplained(mut answer: BlockAnswer, found: &Found) -> BlockAnswer {
     if found.log_odds < answer.threshold {
+        return answer;
+    }
+    if answer.answer.names() {
+        answer
+            .inadequate
+            .push("repeats differ by a delay that is neither jitter nor losses of this library".to_owned());
         return answer;
     }
     answer.log_odds = answer.log_odds.max(found.log_odds);
