@@ -49,7 +49,7 @@ pub enum TorqueForm {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PlantedChange {
     /// Torque of a form, added to the recorded one; sizes in multiples of the torque that the unchanged set leaves
-    /// unexplained (root mean square), at least [`OUTSIDE`] tolerances of the model.
+    /// unexplained (root mean square), at least five tolerances of the model.
     Torque(TorqueForm),
     /// Delay of the response; sizes in rows.
     Delay,
