@@ -21,6 +21,8 @@ const BEYOND_DOUBT: f64 = 40.0;
 const TIED: f64 = 0.8;
 /// Mean square of whitened residuals that may be noise alone.
 pub(crate) const NEARLY_NOISE: f64 = 1.1;
+/// z-score from which a nuisance parameter is a finding.
+pub(crate) const REPORTED_Z: f64 = 3.5;
 /// Largest nuisance z-score of a combination.
 pub(crate) const LARGEST_Z: f64 = 4.5;
 /// Share of the misfit that a fit must explain where it is not adequate.

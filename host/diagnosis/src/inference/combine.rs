@@ -1,7 +1,7 @@
 //! Combinations of effects by beam search: adds effects that raise the evidence of the joint fit, and drops those that
 //! no longer do.
 
-use crate::inference::admissibility::{NEARLY_NOISE, is_admissible};
+use crate::inference::admissibility::{NEARLY_NOISE, REPORTED_Z, is_admissible};
 use crate::inference::bank::Bank;
 use crate::inference::evidence::evidence;
 use crate::inference::fit::{Fitted, Simulate, Start};
@@ -9,7 +9,6 @@ use crate::inference::judge::{best_entries, sized, taken, unknowns};
 use crate::model::block::MeasuredBlock;
 use crate::model::hypothesis::Hypothesis;
 use crate::model::unknown::{Role, Unknown};
-use crate::verdict::errors::REPORTED_Z;
 use nalgebra::DVector;
 
 /// Beam width; one if the noise is estimated from the residual of the richest hypothesis.

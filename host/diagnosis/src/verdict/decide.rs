@@ -1,14 +1,16 @@
 //! Decision: from the judgement of a block to its answer.
 
 use crate::inference::adequacy::{ADEQUATE, Adequacy};
-use crate::inference::admissibility::{LARGEST_Z, PRACTICAL, beyond_limits, has_nuisance_beyond_prior, is_adequate};
+use crate::inference::admissibility::{
+    LARGEST_Z, PRACTICAL, REPORTED_Z, beyond_limits, has_nuisance_beyond_prior, is_adequate,
+};
 use crate::inference::fit::Fitted;
 use crate::inference::judge::{BlockJudgement, Candidate};
 use crate::model::block::MeasuredBlock;
 use crate::model::hypothesis::Hypothesis;
 use crate::model::unknown::{Role, Unknown};
 use crate::verdict::answer::{BlockAnswer, DiagnosisVerdict, EffectFound, Gain, Residual, RuledOut};
-use crate::verdict::errors::{FittedParameter, REPORTED_Z};
+use crate::verdict::errors::FittedParameter;
 use crate::verdict::estimates::{EffectSize, covariance, parameters};
 use softdock_analysis::number::{significant, with_unit};
 use softdock_kernels::effects::{Effect, GROUPS, Group};

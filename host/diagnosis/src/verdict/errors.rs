@@ -1,13 +1,11 @@
 //! Fitted parameters of the model under an answer, and the error that remains, in physical units.
 
+use crate::inference::admissibility::REPORTED_Z;
 use crate::inference::fit::Fitted;
 use crate::model::block::MeasuredBlock;
 use crate::model::unknown::Unknown;
 use serde::Serialize;
 use softdock_campaign::rig::sliding;
-
-/// z-score from which a nuisance parameter is a finding.
-pub const REPORTED_Z: f64 = 3.5;
 
 /// Nuisance parameter of the model with its fitted value.
 #[derive(Clone, Debug, PartialEq, Serialize)]
