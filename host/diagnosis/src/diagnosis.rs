@@ -244,20 +244,22 @@ impl Prepared {
     fn without_drift(&mut self, own: &Judged, answer: BlockAnswer) -> BlockAnswer {
         let base = &own.block.base;
         let share = match own.found(&answer) {
-            Some(found) => own.block.share_of_trend(&own.judgement.clamped.values(base), &found.fitted.values(base)),
-            None if own.block.grew(base) => f64::INFINITY,
-            None => 0.0,
+            Some(found) => {
+                own.block.shares_of_trend(&own.judgement.clamped.values(base), &[found.fitted.values(base)])[0]
+            }
+            None => own.block.grew(base).then_some(f64::INFINITY),
         };
-        if share == 0.0 {
+        let Some(share) = share else {
             return self.plant.with_random(&self.recordings, &own.block, &self.without, answer);
-        }
-        let beside = if share < SMALL_TREND { " (small beside what the named cause explains)" } else { "" };
+        };
+        let is_small = share < SMALL_TREND;
+        let beside = if is_small { " (small beside what the named cause explains)" } else { "" };
         let what = format!(
             "the repeat-to-repeat difference grows with the session time and with the signal{beside}: a drift that is not in \
              the library, such as a temperature-dependent gain; repeat one experiment until the drift settles"
         );
         self.findings.push(Finding { recording: own.block.name.to_owned(), what });
-        if share < SMALL_TREND { answer } else { answer.without_name() }
+        if is_small { answer } else { answer.without_name() }
     }
 
     /// Reports that the step size of a scenario was kept although it is not converged.

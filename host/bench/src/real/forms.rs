@@ -16,7 +16,6 @@ const PRESLIDING: f64 = 2e-4;
 const STATIC: f64 = 0.03;
 /// Periods of a planted torque ripple over the range of the motion.
 const RIPPLE_PERIODS: f64 = 9.0;
-
 /// Tolerances beyond which a parameter is no calibration.
 const OUTSIDE: f64 = 5.0;
 

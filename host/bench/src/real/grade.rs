@@ -51,8 +51,9 @@ pub(super) fn is_effect(planted: &PlantedEffect, cause: &NamedCause) -> bool {
     (planted.block.is_empty() || planted.block == cause.block) && code(&planted.id) == code(&cause.id)
 }
 
-pub(super) fn is_same(a: &NamedCause, b: &NamedCause) -> bool {
-    a.block == b.block && code(&a.id) == code(&b.id)
+/// Same cause in another answer, with or without practical gain: of the unchanged set it is a property of the machine.
+pub(super) fn same_in<'a>(other: &'a RecordedAnswer, cause: &NamedCause) -> Option<&'a NamedCause> {
+    other.effects.iter().find(|own| own.block == cause.block && code(&own.id) == code(&cause.id))
 }
 
 /// Grades the answer of a case with planted effects.
@@ -61,8 +62,7 @@ pub fn planted_grade(base: &RecordedAnswer, record: &RealRecord) -> RealGrade {
     if answer.verdict == RecordedVerdict::Refused {
         return RealGrade::Refused;
     }
-    // What the unchanged set has as well, with or without practical gain, is a property of the machine.
-    let is_new = |cause: &&NamedCause| !base.effects.iter().any(|own| is_same(own, cause));
+    let is_new = |cause: &&NamedCause| same_in(base, cause).is_none();
     let is_planted = |cause: &NamedCause| planted.iter().any(|own| is_effect(own, cause));
     if named(answer).filter(is_new).any(|cause| !is_planted(cause)) {
         return RealGrade::Wrong;
@@ -86,7 +86,7 @@ pub fn planted_grade(base: &RecordedAnswer, record: &RealRecord) -> RealGrade {
 
 /// Whether an effect that the unchanged set has as well has changed by about the planted size.
 fn has_size(base: &RecordedAnswer, planted: &PlantedEffect, cause: &NamedCause) -> bool {
-    let Some(own) = base.effects.iter().find(|own| is_same(own, cause)) else { return true };
+    let Some(own) = same_in(base, cause) else { return true };
     let value = |cause: &NamedCause| cause.parameters.get(&planted.field).map(|estimate| estimate.value);
     match (value(own), value(cause), planted.size) {
         (Some(before), Some(after), Some(size)) => SAME_SIZE.contains(&((after - before) / size)),
@@ -104,7 +104,7 @@ pub fn untouched_grade(base: &RecordedAnswer, answer: &RecordedAnswer) -> RealGr
         all
     };
     let held = |cause: &NamedCause| {
-        let Some(other) = answer.effects.iter().find(|other| is_same(cause, other)) else { return false };
+        let Some(other) = same_in(answer, cause) else { return false };
         cause.parameters.iter().all(|(name, own)| {
             other.parameters.get(name).is_some_and(|other| own.lo <= other.value && other.value <= own.hi)
         })

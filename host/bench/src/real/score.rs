@@ -1,7 +1,7 @@
 //! Score of the gauntlet in measured recordings: answers with and without a change, counted by set.
 
 use crate::Result;
-use crate::real::grade::{RealGrade, is_effect, is_same, named, planted_grade, untouched_grade};
+use crate::real::grade::{RealGrade, is_effect, named, planted_grade, same_in, untouched_grade};
 use crate::real::trial::{PlantedEffect, RealRecord};
 use crate::record::{RecordedAnswer, RecordedVerdict};
 use crate::summary_text::shared;
@@ -32,8 +32,7 @@ fn sizes(base: &RecordedAnswer, record: &RealRecord) -> Vec<RealSize> {
         let size = planted.size?;
         let cause = named(&record.answer).find(|cause| is_effect(planted, cause))?;
         let own = cause.parameters.get(&planted.field)?;
-        let before =
-            base.effects.iter().find(|own| is_same(own, cause)).and_then(|own| own.parameters.get(&planted.field));
+        let before = same_in(base, cause).and_then(|own| own.parameters.get(&planted.field));
         let before = before.map_or(if planted.on_nominal { own.nominal } else { 0.0 }, |before| before.value);
         let (relative, truth) = ((own.value - before) / size - 1.0, before + size);
         let held = (own.lo..=own.hi).contains(&truth);

@@ -13,9 +13,9 @@ const WORTH: f64 = 0.01;
 const SIGNIFICANT: f64 = 2.0;
 /// Prior standard deviations within which the form of an effect is plausible.
 const FAR_OFF: f64 = 3.5;
-/// Standard deviations that make up a size that is well known, and one that is known in spite of a misfit or of another
-/// effect.
+/// Standard deviations that make up a size that is well known.
 const WELL_KNOWN: f64 = 8.0;
+/// The same in spite of a misfit, or of another effect that may undo it.
 const BEYOND_DOUBT: f64 = 40.0;
 /// Correlation of two sizes from which on one effect may undo the other.
 const TIED: f64 = 0.8;
@@ -68,8 +68,13 @@ pub(crate) fn beyond_limits(fitted: &Fitted) -> impl Iterator<Item = (&Unknown, 
     })
 }
 
-/// Returns the nuisance parameters beyond the limit of a combination; see [`Fitted::nuisances`].
-pub(crate) fn nuisances_beyond_prior(fitted: &Fitted) -> impl Iterator<Item = (usize, &Unknown, f64)> {
+/// Returns the nuisance parameters so far off that they are findings; see [`Fitted::nuisances`].
+pub(crate) fn reported_nuisances(fitted: &Fitted) -> impl Iterator<Item = (usize, &Unknown, f64)> {
+    fitted.nuisances().filter(|(_, _, z)| z.abs() > REPORTED_Z)
+}
+
+/// Returns the nuisance parameters beyond the limit of a combination.
+fn nuisances_beyond_prior(fitted: &Fitted) -> impl Iterator<Item = (usize, &Unknown, f64)> {
     fitted.nuisances().filter(|(_, _, z)| z.abs() > LARGEST_Z)
 }
 

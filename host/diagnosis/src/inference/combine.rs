@@ -1,7 +1,7 @@
 //! Combinations of effects by beam search: adds effects that raise the evidence of the joint fit, and drops those that
 //! no longer do.
 
-use crate::inference::admissibility::{NEARLY_NOISE, REPORTED_Z, is_admissible};
+use crate::inference::admissibility::{NEARLY_NOISE, is_admissible, reported_nuisances};
 use crate::inference::bank::Bank;
 use crate::inference::evidence::evidence;
 use crate::inference::fit::{Fitted, Simulate, Start};
@@ -75,8 +75,8 @@ impl Combiner<'_> {
             }
             let Some((_, best)) = beam.first() else { break };
             // With a large misfit, one effect may change the signature of another: weight moves the angle at which
-            // teeth separate. A nuisance parameter beyond its prior hides the effect that it imitates.
-            let on_top = (best.mean_square() > MUCH || pulled_nuisances(best).next().is_some())
+            // teeth separate. A nuisance parameter that is a finding may hide the effect that it imitates.
+            let on_top = (best.mean_square() > MUCH || reported_nuisances(best).next().is_some())
                 .then(|| self.bank_on(&with_nominal_nuisances(best)));
             let starts = beam.iter().flat_map(|set| self.grown(self.bank, set, None, &all));
             let cleared = on_top.iter().flat_map(|bank| beam.iter().map(move |set| (bank, set)));
@@ -277,7 +277,7 @@ impl Combiner<'_> {
     fn imitated(&self, number: usize, fitted: &Fitted) -> Option<Vec<(usize, Vec<f64>)>> {
         let hypothesis = &self.library[number];
         let (own, others): (Vec<_>, Vec<_>) =
-            pulled_nuisances(fitted).partition(|(_, nuisance, _)| place(hypothesis, nuisance.field).is_some());
+            reported_nuisances(fitted).partition(|(_, nuisance, _)| place(hypothesis, nuisance.field).is_some());
         let imitation = |(_, nuisance, z): (usize, &Unknown, f64)| {
             let change = self.null.jacobian.column(self.null.place(nuisance.field)?) * z;
             let (entry, multiples) = self.bank.imitation(number, &change)?;
@@ -345,16 +345,11 @@ fn from_there(unknowns: Vec<Unknown>, fitted: &Fitted) -> Start {
     Start::new(0, unknowns, z).beside(fitted)
 }
 
-/// Returns the nuisance parameters so far off that they are findings of their own: they may hide an effect.
-fn pulled_nuisances(fitted: &Fitted) -> impl Iterator<Item = (usize, &Unknown, f64)> {
-    fitted.nuisances().filter(|(_, _, z)| z.abs() > REPORTED_Z)
-}
-
-/// Returns a fit with its nuisance parameters beyond their priors reset to nominal, to first order: the part that they
+/// Returns a fit with the nuisance parameters that are findings reset to nominal, to first order: the part that they
 /// absorbed is then available to one more effect.
 fn with_nominal_nuisances(fitted: &Fitted) -> Fitted {
     let mut with_nominal_nuisances = fitted.clone();
-    for (place, _, z) in pulled_nuisances(fitted) {
+    for (place, _, z) in reported_nuisances(fitted) {
         with_nominal_nuisances.residual.axpy(-z, &fitted.jacobian.column(place), 1.0);
         with_nominal_nuisances.z[place] = 0.0;
     }

@@ -242,13 +242,15 @@ impl<'a> JudgementContext<'a> {
     /// If the differences of repeats grow over the session, rejects candidates that leave a drift that is not small beside
     /// what they explain.
     fn deny_what_leaves_a_drift(&self, clamped: &Fitted, ranking: &mut [Candidate]) {
-        if self.together.is_some() {
-            let admissible = ranking.iter_mut().filter(|candidate| candidate.admissible);
-            let without = clamped.values(&self.block.base);
-            admissible.for_each(|own| {
-                own.admissible =
-                    self.block.share_of_trend(&without, &own.fitted.values(&self.block.base)) < SMALL_TREND;
-            });
+        if self.together.is_none() {
+            return;
+        }
+        let admissible: Vec<&mut Candidate> = ranking.iter_mut().filter(|candidate| candidate.admissible).collect();
+        let values = |fitted: &Fitted| fitted.values(&self.block.base);
+        let sets: Vec<Vec<f64>> = admissible.iter().map(|candidate| values(&candidate.fitted)).collect();
+        let shares = self.block.shares_of_trend(&values(clamped), &sets);
+        for (candidate, share) in admissible.into_iter().zip(shares) {
+            candidate.admissible = share.is_none_or(|share| share < SMALL_TREND);
         }
     }
 

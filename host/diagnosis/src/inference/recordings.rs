@@ -49,24 +49,18 @@ impl MeasuredBlock {
         self.clock.is_some() && !BlockRecordings::of(self, false, |_| true).detrended(set).trend.is_empty()
     }
 
-    /// Returns the power of that trend as a share of what the parameter set explains of the recordings beyond the nominal
-    /// one, in units of the noise; 0 without a trend, infinity if the set explains nothing.
-    pub(crate) fn share_of_trend(&self, nominal: &[f64], set: &[f64]) -> f64 {
+    /// Returns, for each parameter set, the power of the trend that it leaves as a share of what it explains of the
+    /// recordings beyond the nominal one, in units of the noise: `None` without a trend, infinity if it explains nothing.
+    pub(crate) fn shares_of_trend(&self, nominal: &[f64], sets: &[Vec<f64>]) -> Vec<Option<f64>> {
         if self.clock.is_none() {
-            return 0.0;
+            return vec![None; sets.len()];
         }
         let all = BlockRecordings::of(self, false, |_| true);
-        let Detrended { noise, trend } = all.detrended(set);
-        if trend.is_empty() {
-            return 0.0;
-        }
-        let noise = |channel: usize| power(&noise, channel);
-        let trend: f64 = trend.iter().enumerate().map(|(channel, own)| own / noise(channel)).sum();
-        let differences: Vec<DMatrix<f64>> =
-            all.means(nominal).iter().zip(all.means(set)).map(|(without, with)| without - with).collect();
-        let explained: f64 =
-            (0..self.channels.len()).map(|channel| power(&differences, channel) / noise(channel)).sum();
-        trend / explained
+        let simulated: Vec<Vec<f64>> = std::iter::once(nominal.to_vec()).chain(sets.iter().cloned()).collect();
+        let residuals = all.of_trials(&all.all(), &simulated);
+        let (nominal, own) = residuals.split_first().expect("the nominal one is first");
+        let without = all.averaged(nominal);
+        own.iter().map(|trials| all.share_of_trend(&without, trials)).collect()
     }
 }
 
@@ -165,11 +159,24 @@ impl<'a> BlockRecordings<'a> {
         self.detrended(set).noise
     }
 
+    /// Trend of residuals over what they lack beside the nominal ones, which are averaged over repeats.
+    fn share_of_trend(&self, nominal: &[DMatrix<f64>], trials: &[DMatrix<f64>]) -> Option<f64> {
+        let Detrended { noise, trend } = self.detrended_residuals(trials);
+        let explained: Vec<DMatrix<f64>> =
+            nominal.iter().zip(self.averaged(trials)).map(|(without, with)| without - with).collect();
+        let in_noise = |of: &dyn Fn(usize) -> f64| (0..trend.len()).map(|c| of(c) / power(&noise, c)).sum::<f64>();
+        (!trend.is_empty()).then(|| in_noise(&|c| trend[c]) / in_noise(&|c| power(&explained, c)))
+    }
+
     /// What the repeats of each experiment differ by but for trends, where there is a session's clock.
     pub(super) fn detrended(&self, set: &[f64]) -> Detrended {
-        let trials = self.of_trials(&self.all(), &[set.to_vec()]).remove(0);
+        self.detrended_residuals(&self.of_trials(&self.all(), &[set.to_vec()])[0])
+    }
+
+    /// The same by the residuals of all trials.
+    fn detrended_residuals(&self, trials: &[DMatrix<f64>]) -> Detrended {
         let of = |(_, members): &(&str, Vec<usize>)| Aged {
-            deviations: deviations(&cut(members, &trials)),
+            deviations: deviations(&cut(members, trials)),
             ages: self.block.clock.map_or_else(Vec::new, |clock| self.ages(clock, members)),
         };
         let repeats: Vec<Aged> = self.experiments.iter().filter(|(_, members)| members.len() > 1).map(of).collect();

@@ -230,8 +230,8 @@ impl BlockAnswer {
 
     /// Returns the answer that the model is inadequate for a reason; effects without practical gain remain possible.
     #[must_use]
-    pub(crate) fn inadequate_by(self, reason: String) -> Self {
-        let possible = self.effects.clone();
+    pub(crate) fn inadequate_by(mut self, reason: String) -> Self {
+        let possible = std::mem::take(&mut self.effects);
         Self { answer: DiagnosisVerdict::ModelInadequate, inadequate: vec![reason], possible, ..self.without_effects() }
     }
 

@@ -2,13 +2,13 @@
 
 use crate::inference::adequacy::{ADEQUATE, Adequacy};
 use crate::inference::admissibility::{
-    LARGEST_Z, PRACTICAL, REPORTED_Z, beyond_limits, has_nuisance_beyond_prior, is_adequate,
+    LARGEST_Z, PRACTICAL, REPORTED_Z, beyond_limits, has_nuisance_beyond_prior, is_adequate, reported_nuisances,
 };
 use crate::inference::fit::Fitted;
 use crate::inference::judge::{BlockJudgement, Candidate};
 use crate::model::block::MeasuredBlock;
 use crate::model::hypothesis::Hypothesis;
-use crate::model::unknown::{Role, Unknown};
+use crate::model::unknown::Role;
 use crate::verdict::answer::{BlockAnswer, DiagnosisVerdict, EffectFound, Gain, Residual, RuledOut};
 use crate::verdict::errors::FittedParameter;
 use crate::verdict::estimates::{EffectSize, covariance, parameters};
@@ -64,8 +64,8 @@ pub(crate) fn decide(
         ruled_out: context.ruled_out(&shown),
         not_visible: Vec::new(),
         confounded: Vec::new(),
-        nuisances_beyond_prior: nuisances_beyond_prior(context.fitted(present))
-            .map(|(unknown, z)| (unknown.name.clone(), z))
+        nuisances_beyond_prior: reported_nuisances(context.fitted(present))
+            .map(|(_, unknown, z)| (unknown.name.clone(), z))
             .collect(),
         samples: judgement.samples,
     }
@@ -132,8 +132,8 @@ impl Context<'_> {
 
     /// Returns the reasons why the model is inadequate.
     fn inadequacies(&self, present: Option<&Candidate>) -> Vec<String> {
-        let mut reasons: Vec<String> = nuisances_beyond_prior(self.fitted(present))
-            .map(|(unknown, z)| {
+        let mut reasons: Vec<String> = reported_nuisances(self.fitted(present))
+            .map(|(_, unknown, z)| {
                 let nominal = unknown.prior.value(0.0);
                 format!(
                     "{} ({}) would have to be {} instead of {}: {} tolerances off",
@@ -297,12 +297,6 @@ impl Context<'_> {
         };
         self.judgement.ranking.iter().filter(out).map(row).collect()
     }
-}
-
-/// Returns the nuisance parameters whose z-scores are findings of their own.
-fn nuisances_beyond_prior(fitted: &Fitted) -> impl Iterator<Item = (&Unknown, f64)> {
-    let far = fitted.nuisances().filter(|(_, _, z)| z.abs() > REPORTED_Z);
-    far.map(|(_, unknown, z)| (unknown, z))
 }
 
 /// Returns the best candidate and those almost as probable.

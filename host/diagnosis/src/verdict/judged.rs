@@ -58,7 +58,7 @@ impl Judged {
     /// that misses much of the torque is not without error.
     pub(crate) fn with_errors(&self, answer: BlockAnswer) -> BlockAnswer {
         let answer = self.with_remaining(answer);
-        let finds_nothing = answer.answer < DiagnosisVerdict::Named && answer.answer != DiagnosisVerdict::Withheld;
+        let finds_nothing = matches!(answer.answer, DiagnosisVerdict::NoEffect | DiagnosisVerdict::NoPracticalEffect);
         let error = answer.torque_error.filter(|error| error.after > LARGE_TORQUE_ERROR);
         match error.filter(|_| finds_nothing && self.judgement.noise_from == NoiseFrom::Richest) {
             Some(error) => answer.inadequate_by(format!(
@@ -69,6 +69,7 @@ impl Judged {
         }
     }
 
+    /// Returns an answer with its torque error and the error that remains.
     fn with_remaining(&self, mut answer: BlockAnswer) -> BlockAnswer {
         let before = &self.judgement.clamped;
         let after = self.found(&answer).map_or(before, |found| &found.fitted);
