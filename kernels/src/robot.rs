@@ -344,17 +344,25 @@ fn at_once<R: Real>(m: &Plant, p: &Params<R>, at: Motion<R>, reference: Motion<R
     (motion, cut)
 }
 
-/// Actual motions of the parts on the robots' tools.
+/// Motions of the parts by the encoders of the robots' axes, which see neither the error of part A's place nor the
+/// deflection of part B's mount.
 #[inline(always)]
-pub fn mounted_parts<R: Real>(m: &Plant, p: &Params<R>, s: &Robots<R>) -> Parts<R> {
+pub fn parts_by_axes<R: Real>(m: &Plant, s: &Robots<R>) -> Parts<R> {
     let mut a = s.robot1.motion;
-    a.position = a.position + p.place_error;
     if let Some(rail) = m.facility.rail {
         let axis = Vec3::lit(rail.axis);
         a.position = axis.scale_add(s.robot1.rail, a.position);
         a.velocity = axis.scale_add(s.robot1.rail_rate, a.velocity);
     }
-    Parts { a, b: on_fixture(m, &s.fixture, s.robot2.motion) }
+    Parts { a, b: s.robot2.motion }
+}
+
+/// Actual motions of the parts on the robots' tools.
+#[inline(always)]
+pub fn mounted_parts<R: Real>(m: &Plant, p: &Params<R>, s: &Robots<R>) -> Parts<R> {
+    let Parts { mut a, b } = parts_by_axes(m, s);
+    a.position = a.position + p.place_error;
+    Parts { a, b: on_fixture(m, &s.fixture, b) }
 }
 
 /// Robots at rest on their first command.

@@ -179,7 +179,12 @@ impl Prepared {
                 identifiability(&block, &library)
             };
             let before = self.plant.identifiability_before_blocks(&self.recordings);
-            self.identifiability = Some(before.into_iter().chain(blocks.into_iter().filter_map(of)).collect());
+            let mut all: Vec<BlockIdentifiability> =
+                before.into_iter().chain(blocks.into_iter().filter_map(of)).collect();
+            for row in all.iter_mut().flat_map(|block| &mut block.rows) {
+                row.session = row.id.and_then(|id| self.plant.session(id));
+            }
+            self.identifiability = Some(all);
         }
         self.identifiability.as_deref().unwrap_or_default()
     }

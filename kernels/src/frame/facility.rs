@@ -11,7 +11,7 @@ use crate::lanes::Lane;
 use crate::params::Params;
 use crate::plant::Plant;
 use crate::real::Real;
-use crate::robot::{extrapolate, mounted_parts};
+use crate::robot::{extrapolate, parts_by_axes};
 use crate::space::{Parts, Wrench};
 use crate::vector::{Quat, Vec3};
 
@@ -66,7 +66,7 @@ pub fn follow<L: Lane>(m: &Plant, recorded: &Recorded, sets: &[Params<f64>]) -> 
             wrench = facility.follow(m, &mut interface, &reference(recorded, row));
         }
         if row % recorded.stride == 0 {
-            let parts = mounted_parts(m, &facility.params, &facility.robots);
+            let parts = parts_by_axes(m, &facility.robots);
             readings(&start, &parts, wrench).write(&mut Samples(&mut out));
         }
     }

@@ -15,7 +15,7 @@ use crate::monitor::{self, Watch};
 use crate::noise::{LINK, SENSOR, uniforms};
 use crate::params::Params;
 use crate::plant::Plant;
-use crate::robot::{commands_poses, mounted_parts};
+use crate::robot::{commands_poses, mounted_parts, parts_by_axes};
 use crate::sensor::Sensor;
 use crate::session::{Observed, new_session, supervised};
 use crate::space::{Parts, Wrench, hil_masses};
@@ -342,7 +342,7 @@ impl<L: Lane> FacilityLanes<L> {
         let commanded = displaced(m, reference, &self.admittance);
         let asked = axes_asked(m, &commanded);
         let seen = Observed {
-            parts: mounted_parts(m, &self.params, &self.robots),
+            parts: parts_by_axes(m, &self.robots),
             commanded,
             wrench: measured,
             saturated: self.sensor.saturated,

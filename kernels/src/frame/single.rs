@@ -7,7 +7,7 @@ use crate::metrics::Metrics;
 use crate::monitor::{self, Touch, Watch};
 use crate::params::Params;
 use crate::plant::Plant;
-use crate::robot::mounted_parts;
+use crate::robot::parts_by_axes;
 use crate::space::{Motion, Parts, Wrench};
 use crate::staged::{displaced, extrapolate, followed, in_place, kinematics, latch, metrics, on_course};
 use crate::vector::Vec3;
@@ -267,7 +267,7 @@ impl SimulatedFacility for Facility {
     fn tick(&mut self, reference: &Parts<f64>) -> Measured {
         let (m, t) = (&self.plant, &mut self.lanes);
         let wrench = t.follow(m, &mut self.interface, reference);
-        Measured { parts: mounted_parts(m, &t.params, &t.robots), wrench, saturated: t.sensor.saturated > 0.0 }
+        Measured { parts: parts_by_axes(m, &t.robots), wrench, saturated: t.sensor.saturated > 0.0 }
     }
 
     fn watch(&self) -> Watch<f64> {

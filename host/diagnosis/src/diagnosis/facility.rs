@@ -24,9 +24,9 @@ pub fn prepare_facility(
         let what = "the scenario has impedance control, so the log does not contain the commands to the robots";
         return Err(DiagnosisError::unfit(what, "diagnose a drive of the same facility without [facility.impedance]"));
     }
-    let mut findings = Vec::new();
+    let (mut findings, tick) = (Vec::new(), model.scenario().model.timing.tick());
     let mut read = |paths: &[&Path]| -> Result<Vec<DriveLog>> {
-        paths.iter().map(|path| DriveLog::read(path, &mut findings)).collect()
+        paths.iter().map(|path| DriveLog::read(path, tick, &mut findings)).collect()
     };
     let (mut learn, mut test) = (read(logs)?, read(holdout)?);
     if test.is_empty() && learn.len() > 1 {

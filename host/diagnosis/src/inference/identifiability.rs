@@ -47,12 +47,15 @@ pub struct IdentifiabilityRow {
     pub unit: &'static str,
     /// Prior tolerance of the parameter, or plausible size of the effect.
     pub plausible: f64,
-    /// Standard deviation that the recordings alone allow.
+    /// Standard deviation that the recordings alone allow; infinite, in JSON null, where no signal shows the effect.
     pub deviation: f64,
     /// Expected log-odds at the plausible size, natural logarithm.
     pub log_odds: f64,
     /// How well it is determined.
     pub determination: Determination,
+    /// Session that determines it, where the plant has one of its own; else that of the effect's group.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub session: Option<&'static str>,
 }
 
 /// Pair of rows that are confounded.
@@ -256,5 +259,6 @@ fn row(
         deviation: plausible * deviation,
         log_odds,
         determination: Determination::of(deviation, log_odds, threshold),
+        session: None,
     }
 }

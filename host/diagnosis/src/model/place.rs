@@ -25,6 +25,8 @@ pub const FIRST_MOTION: BlockPlace = row("R1 to R3 command to first motion", "Co
 pub const CLOCKS: BlockPlace = row("R1 clocks", "Clocks");
 /// Controller of a drive.
 pub const CONTROLLER: BlockPlace = row("R2 reference to torque", "Controller");
+/// Whole facility.
+pub const FACILITY: BlockPlace = row("whole facility", "Facility");
 /// Commands of a facility to the motion of its parts.
 pub const FACILITY_MOTION: BlockPlace = row("R2 command to motion", "Robots");
 /// Drive of one joint.
@@ -62,12 +64,13 @@ pub const TOSS: BlockPlace = row("R5 state to state", "Tossed body");
 pub const BODY: BlockPlace = row("R6 wrench to motion", "Body");
 
 /// Blocks that are no axes of a robot.
-const OTHERS: [BlockPlace; 13] = [
+const OTHERS: [BlockPlace; 14] = [
     ECHO,
     TARGET,
     FIRST_MOTION,
     CLOCKS,
     CONTROLLER,
+    FACILITY,
     FACILITY_MOTION,
     DRIVE,
     ROBOT,

@@ -111,6 +111,11 @@ pub(crate) trait DiagnosedPlant {
         None
     }
 
+    /// Returns the session that determines an effect, where that of its group is none of this plant's.
+    fn session(&self, _id: &str) -> Option<&'static str> {
+        None
+    }
+
     /// Returns whether its usual steps are kept where they explain the recordings better than shorter ones.
     fn keeps_usual_steps(&self) -> bool {
         false

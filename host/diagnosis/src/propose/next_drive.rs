@@ -29,7 +29,7 @@ pub(crate) fn next_drive(
     let blocks: Result<Vec<(MeasuredBlock, u64)>> = rehearsed
         .iter()
         .map(|(run, log)| {
-            let log = [DriveLog::read(log, &mut Vec::new())?];
+            let log = [DriveLog::read(log, model.scenario().model.timing.tick(), &mut Vec::new())?];
             let own = match place {
                 0 => motion_section(model, &log, &|_| false, 1),
                 _ => wrench_section(model, &log, &|_| false, 1),

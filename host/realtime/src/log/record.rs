@@ -117,6 +117,8 @@ record! {
         emulated_ft: ForceRecord, "1", "emulated sensor";
         part_a: Pose<f64>, "1", "part A as held by the robots, contact frame";
         part_b: Pose<f64>, "1", "part B as held by the robots, contact frame";
+        commanded_part_a: Pose<f64>, "1", "part A by the limited commands of the robots' axes, contact frame; null without a command";
+        commanded_part_b: Pose<f64>, "1", "part B by the limited commands of the robots' axes, contact frame; null without a command";
         simulated_part_a: Motion<f64>, "1", "simulated part A, contact frame";
         simulated_part_b: Motion<f64>, "1", "simulated part B, contact frame";
         fed_back: Wrench<f64>, "1", "wrench on part A as fed to the simulation, part A's axes and origin";

@@ -37,6 +37,8 @@ pub(crate) fn cycle(n: u64) -> CycleRecord {
         emulated_ft: ForceRecord::BLANK,
         part_a: pose(0.1 * time, 0.002),
         part_b: pose(0.5, 0.0),
+        commanded_part_a: pose(0.1 * time, 0.001),
+        commanded_part_b: pose(0.5, 0.0),
         simulated_part_a: motion(0.1 * time, 0.0),
         simulated_part_b: motion(0.5, 0.0),
         fed_back: wrench,
@@ -123,7 +125,8 @@ pub(crate) fn noisy(n: u64) -> CycleRecord {
         wrench.force = wrench.force.map(|force| force + noise(0.5));
         wrench.moment = wrench.moment.map(|moment| moment + noise(0.05));
     }
-    for pose in [&mut record.part_a, &mut record.part_b] {
+    let poses = [&mut record.part_a, &mut record.part_b, &mut record.commanded_part_a, &mut record.commanded_part_b];
+    for pose in poses {
         pose.position = pose.position.map(|place| place + noise(1e-5));
         pose.attitude.v = pose.attitude.v.map(|part| part + noise(1e-5));
     }

@@ -111,7 +111,7 @@ pub(crate) fn motion_section(
     }
 }
 
-/// Builds the section from the measured motion of the parts to the measured wrench.
+/// Builds the section from the measured motion of the parts to the measured wrench, of the drives whose runs began.
 pub(crate) fn wrench_section(
     model: &FacilityModel,
     logs: &[DriveLog],
@@ -123,6 +123,7 @@ pub(crate) fn wrench_section(
     let plant = plant(&ideal, finer);
     let followed = |p: Params<f64>| followed_and_tared(p, &plant);
     let nominal = followed(ideal.nominal);
+    let has_run = || logs.iter().filter(|log| log.has_run);
     let trial = |log: &DriveLog| {
         let mut rows = measured_rows(&plant, log);
         // Commanded a tick ahead and delayed by a tick, so that stamps may be early as well.
@@ -139,8 +140,8 @@ pub(crate) fn wrench_section(
     let base = to_vec(&nominal);
     let channels = WRENCH.iter().enumerate().map(channel).collect();
     MeasuredBlock {
-        trials: logs.iter().map(trial).collect(),
-        quiet: logs.iter().map(|log| quiet(log, &decimator)).collect(),
+        trials: has_run().map(trial).collect(),
+        quiet: has_run().map(|log| quiet(log, &decimator)).collect(),
         tared: true,
         decimator,
         ..MeasuredBlock::of(section, place::FACILITY_WRENCH.name, base, &[("loop_delay", STAMPS)], channels)
@@ -180,7 +181,6 @@ fn followed_and_tared(p: Params<f64>, plant: &Plant) -> Params<f64> {
         robot2_lag: 0.0,
         robot2_lag_zero: 0.0,
         rail_lag: 0.0,
-        place_error: Vec3::zero(),
         sensor_bias_force: Vec3::zero(),
         sensor_bias_moment: Vec3::zero(),
         ..p

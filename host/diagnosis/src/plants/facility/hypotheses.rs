@@ -20,8 +20,7 @@ pub fn of_motion(block: &MeasuredBlock, model: &Model) -> Vec<Hypothesis> {
     let acts = |effect: &Effect| match effect.block {
         EffectBlock::Command => true,
         EffectBlock::Robot => jointed != (effect.id == "C2_lag"),
-        // The reading of a robot's axes holds what its mount does.
-        EffectBlock::Contact => effect.id == "K7_surface_offset",
+        // The encoders of a robot's axes do not see what its mount does.
         _ => false,
     };
     of(block, model, &acts)

@@ -2,19 +2,24 @@
 
 pub mod block;
 pub mod hypotheses;
+mod sessions;
 
 use super::{BlockWithLibrary, DiagnosedPlant};
 use crate::data::drive_log::DriveLog;
 use crate::data::grid::Finding;
 use crate::data::recordings::Recordings;
+use crate::inference::identifiability::{BlockIdentifiability, Determination, IdentifiabilityRow};
 use crate::inference::judge::misfits_with;
 use crate::model::block::MeasuredBlock;
 use crate::model::hypothesis::Hypothesis;
 use crate::model::isolability::BlockView;
+use crate::model::place;
 use crate::verdict::answer::BlockAnswer;
 use crate::verdict::judged::{Blocks, Judged};
 use block::{FacilityModel, MOTION, WRENCH, motion_section, wrench_section};
-use softdock_kernels::effects::{EFFECTS, Effect, EffectBlock, GROUPS, Group, row_of};
+use softdock_kernels::effects::{EFFECTS, Effect, EffectBlock, row_of};
+use softdock_kernels::fields::fields;
+use softdock_kernels::params::Params;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// A facility with the logs of its drives.
@@ -64,8 +69,11 @@ impl FacilityPlant {
 }
 
 impl DiagnosedPlant for FacilityPlant {
-    fn places(&self, _: &Recordings) -> usize {
-        2
+    /// Motion, and contact with sensor where drives for both training and validation have run.
+    fn places(&self, recordings: &Recordings) -> usize {
+        let has_run =
+            |held_out: bool| self.logs.iter().any(|log| log.has_run && recordings.is_held_out(&log.name) == held_out);
+        if has_run(false) && has_run(true) { 2 } else { 1 }
     }
 
     fn block(&self, recordings: &Recordings, place: usize, finer: usize) -> MeasuredBlock {
@@ -85,24 +93,46 @@ impl DiagnosedPlant for FacilityPlant {
         }
     }
 
-    /// Reports the effects that no signal of a session shows, with the experiments that do.
     fn before_blocks(&self, recordings: &Recordings) -> (Vec<BlockAnswer>, Vec<Finding>) {
+        let finding = || Finding {
+            recording: self.model.scenario().id.clone(),
+            what: "contact and sensor are not judged: that takes a training and a held-out drive whose runs began"
+                .to_owned(),
+        };
+        (Vec::new(), (self.places(recordings) == 1).then(finding).into_iter().collect())
+    }
+
+    /// Lists the effects that no signal of a drive shows.
+    fn identifiability_before_blocks(&self, recordings: &Recordings) -> Option<BlockIdentifiability> {
         let ids = |place: usize| {
             let block = self.block(recordings, place, 1);
             self.library(recordings, place, &block).into_iter().map(|hypothesis| hypothesis.effect.id)
         };
         let judged: BTreeSet<&str> = (0..self.places(recordings)).flat_map(ids).collect();
-        let hidden = |group: &Group| {
-            // Robots have either a lag or drives with joints, by the scenario.
-            let own = EFFECTS.iter().filter(|effect| effect.group == group.id && effect.block != EffectBlock::Robot);
-            let own = own.filter(|effect| !judged.contains(effect.id));
-            let words: Vec<String> = own.map(|effect| format!("{} ({})", effect.words(), effect.id)).collect();
-            (!words.is_empty()).then(|| Finding {
-                recording: self.model.scenario().id.clone(),
-                what: format!("these sessions do not show {}; to show them: {}", words.join(", "), group.splits),
-            })
+        // Robots have either a lag or drives with joints, by the scenario.
+        let hidden = EFFECTS.iter().filter(|effect| effect.block != EffectBlock::Robot && !judged.contains(effect.id));
+        let fields = fields::<f64, Params<f64>>();
+        let row = |effect: &Effect| {
+            let size = &effect.parameters[0];
+            let field = fields.iter().find(|field| field.name == size.field);
+            IdentifiabilityRow {
+                id: Some(effect.id),
+                name: effect.name,
+                parameter: size.field.to_owned(),
+                unit: field.map_or("1", |field| field.unit),
+                plausible: size.scale,
+                deviation: f64::INFINITY,
+                log_odds: 0.0,
+                determination: Determination::Not,
+                session: None,
+            }
         };
-        (Vec::new(), GROUPS.iter().filter_map(hidden).collect())
+        let rows = hidden.map(row).collect();
+        Some(BlockIdentifiability { block: place::FACILITY.name, rows, confounded: Vec::new() })
+    }
+
+    fn session(&self, id: &str) -> Option<&'static str> {
+        sessions::session(id)
     }
 
     fn views(&self, _: &Recordings, sections: &[BlockWithLibrary]) -> Vec<BlockView> {
@@ -110,7 +140,9 @@ impl DiagnosedPlant for FacilityPlant {
             let (block, library) = &sections[place];
             BlockView::judged(block, library, inputs, outputs)
         };
-        vec![view(0, &["commands"], &MOTION), view(1, &["motion of the parts"], &WRENCH)]
+        let all = [(&["commands"], &MOTION[..]), (&["motion of the parts"], &WRENCH[..])];
+        let own = all.into_iter().zip(0..sections.len());
+        own.map(|((inputs, outputs), place)| view(place, inputs, outputs)).collect()
     }
 
     /// Gives all drives one value of what their campaign draws for each, where that explains unexplained drives better.

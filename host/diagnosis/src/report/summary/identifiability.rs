@@ -24,6 +24,9 @@ pub fn text(blocks: &[BlockIdentifiability]) -> String {
                 out += &format!("    {}: {}\n", determination_words(determination), names.join(", "));
             }
         }
+        for (session, names) in sessions(&block.rows) {
+            out += &format!("    to determine {names}: {session}\n");
+        }
         if !block.confounded.is_empty() {
             let pairs: Vec<String> = block.confounded.iter().map(|pair| pair_words(block, pair)).collect();
             out += &format!("    confounded: {}\n", pairs.join(", "));
@@ -72,20 +75,40 @@ pub fn tables(block: &BlockIdentifiability) -> Vec<ReportTable> {
     [rows, confounded].into_iter().filter(|table| !table.rows.is_empty()).collect()
 }
 
-/// Returns the motions that determine what these recordings do not, group by group.
+/// Returns the sessions and motions that determine what these recordings do not: those of the plant, then group by group.
 pub(super) fn motions(blocks: &[BlockIdentifiability]) -> Vec<String> {
-    let open = || {
-        let rows = blocks.iter().flat_map(|block| &block.rows);
-        rows.filter(|row| row.determination == Determination::Not).filter_map(|row| row.id)
-    };
+    let rows = || blocks.iter().flat_map(|block| &block.rows);
+    let line = |names: String, how: &str| format!("To determine {names}: {how}.");
+    let own = sessions(rows()).into_iter().map(|(session, names)| line(names, session));
+    let open = || rows().filter(|row| is_open(row) && row.session.is_none()).filter_map(|row| row.id);
     let step = |group: &Group| {
         // Each effect once, in the group that it belongs to first.
         let is_own = |id: &&'static str| row_of(id).is_some_and(|effect| effect.group == group.id);
-        let own: BTreeSet<String> = open().filter(is_own).map(words_and_id).collect();
-        let names: Vec<String> = own.into_iter().collect();
-        (!names.is_empty()).then(|| format!("To determine {}: {}.", names.join(", "), group.splits))
+        let names: BTreeSet<String> = open().filter(is_own).map(words_and_id).collect();
+        (!names.is_empty()).then(|| line(joined(names), group.splits))
     };
-    GROUPS.iter().filter_map(step).collect()
+    own.chain(GROUPS.iter().filter_map(step)).collect()
+}
+
+/// The plant's own sessions for what is not determined, each with the names of the effects.
+fn sessions<'r>(rows: impl IntoIterator<Item = &'r IdentifiabilityRow>) -> Vec<(&'static str, String)> {
+    let mut all: Vec<(&'static str, BTreeSet<String>)> = Vec::new();
+    for row in rows.into_iter().filter(|row| is_open(row)) {
+        let (Some(session), Some(id)) = (row.session, row.id) else { continue };
+        match all.iter_mut().find(|own| own.0 == session) {
+            Some(own) => own.1.extend([words_and_id(id)]),
+            None => all.push((session, BTreeSet::from([words_and_id(id)]))),
+        }
+    }
+    all.into_iter().map(|(session, names)| (session, joined(names))).collect()
+}
+
+fn is_open(row: &IdentifiabilityRow) -> bool {
+    row.determination == Determination::Not
+}
+
+fn joined(names: BTreeSet<String>) -> String {
+    names.into_iter().collect::<Vec<_>>().join(", ")
 }
 
 fn determination_words(determination: Determination) -> &'static str {

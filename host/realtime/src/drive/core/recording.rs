@@ -1,6 +1,6 @@
 //! The record of a cycle: parts, commands, limits, phase.
 
-use super::{Core, Orders, State};
+use super::{Core, Orders, State, pose};
 use crate::limiter::Cut;
 use crate::log::codes::{LimitKind, Phase, cycle_flags};
 use crate::log::record::RobotRecord;
@@ -17,17 +17,22 @@ impl Core {
         self.moved_records()[robot].set_command(order);
     }
 
-    /// Returns the parts as held by the robots, transformed from the laboratory to the contact frame with each robot's
-    /// share of the motion.
+    /// Records the parts as held by the robots.
     pub(super) fn note_parts(&mut self, parts: &Parts<f64>) {
         let simulated = self.computer.progress().parts;
-        let shared = command(&self.task.plant, &simulated);
-        let in_contact_frame = |held: &Motion<f64>, simulated: &Motion<f64>, shared: &Motion<f64>| Pose {
-            position: held.position + (simulated.position - shared.position),
-            attitude: held.attitude,
+        [self.record.part_a, self.record.part_b] = self.in_contact_frame([pose(&parts.a), pose(&parts.b)], &simulated);
+    }
+
+    /// Returns poses of the parts, transformed from the laboratory to the contact frame with each robot's share of the
+    /// simulated motion.
+    fn in_contact_frame(&self, poses: [Pose<f64>; 2], simulated: &Parts<f64>) -> [Pose<f64>; 2] {
+        let shared = command(&self.task.plant, simulated);
+        let moved = |at: Pose<f64>, simulated: &Motion<f64>, shared: &Motion<f64>| Pose {
+            position: at.position + (simulated.position - shared.position),
+            ..at
         };
-        self.record.part_a = in_contact_frame(&parts.a, &simulated.a, &shared.a);
-        self.record.part_b = in_contact_frame(&parts.b, &simulated.b, &shared.b);
+        let [a, b] = poses;
+        [moved(a, &simulated.a, &shared.a), moved(b, &simulated.b, &shared.b)]
     }
 
     /// Returns the records of the robots that receive the commands: the emulated ones of a dry run, else the real ones.
@@ -57,6 +62,9 @@ impl Core {
         let energy = self.injected_energy();
         let progress = self.computer.progress();
         let used = self.limits_used();
+        let is_commanded = orders.moved.iter().flatten().any(|order| !matches!(order, Order::Hold));
+        let commanded =
+            if is_commanded { self.in_contact_frame(self.sent[0], &progress.parts) } else { [Logged::BLANK; 2] };
         for (i, (record, order)) in self.moved_records().into_iter().zip(&orders.moved).enumerate() {
             record.computed = match order {
                 Some(Order::Move(axes) | Order::End(axes)) => *axes,
@@ -72,6 +80,7 @@ impl Core {
         }
         r.phase = if self.ready { Phase::Ready } else { phase(&self.state, &progress) };
         r.flags = (r.flags & cycle_flags::ARMED) | if progress.captured { cycle_flags::LATCHED } else { 0 };
+        [r.commanded_part_a, r.commanded_part_b] = commanded;
         (r.simulated_part_a, r.simulated_part_b) = (progress.parts.a, progress.parts.b);
         r.fed_back = progress.fed_back;
         r.contact_energy = energy;

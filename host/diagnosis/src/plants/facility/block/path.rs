@@ -20,10 +20,16 @@ const FAR: f64 = 4.0;
 /// Returns the commanded motions of the parts in the laboratory frame, tick by tick, preceded by the initial measured
 /// poses.
 ///
-/// A command is to be reached by the end of its cycle. Links transmit positions only: the rates are three-point
-/// backward differences of the path, and two-point at its start, from which the path is extrapolated backwards.
+/// A command is to be reached by the end of its cycle. It is what the robots received where the log has that, else what
+/// the simulation asked for. Links transmit positions only: the rates are three-point backward differences of the path,
+/// and two-point at its start, from which the path is extrapolated backwards.
 pub(super) fn commanded_rows(plant: &Plant, log: &DriveLog) -> Vec<Parts<f64>> {
-    let commanded: Vec<Parts<f64>> = log.cycles.iter().map(|cycle| shared(plant, cycle)).collect();
+    let is_received = log.cycles.iter().all(|cycle| cycle.commanded.is_some());
+    let of = |cycle: &Cycle| match cycle.commanded.filter(|_| is_received) {
+        Some(received) => in_laboratory(plant, cycle, &received),
+        None => shared(plant, cycle),
+    };
+    let commanded: Vec<Parts<f64>> = log.cycles.iter().map(of).collect();
     let path = by_ticks(&commanded[..commanded.len() - 1], log.ticks);
     let tick = log.cycle / log.ticks as f64;
     let begin = &held(plant, log)[..STRETCH];
@@ -92,18 +98,17 @@ fn noise(series: &[f64]) -> f64 {
 
 /// Where the parts were held when each cycle of the run began, laboratory, at rest.
 pub(super) fn held(plant: &Plant, log: &DriveLog) -> Vec<Parts<f64>> {
-    let of = |pair: &[Cycle]| {
-        // The log lays the share that each robot makes back onto the parts.
-        let (simulated, commanded) = (pair[0].simulated, shared(plant, &pair[0]));
-        let carried = |pose: &Pose<f64>, simulated: &Motion<f64>, commanded: &Motion<f64>| {
-            at_rest(pose.position - (simulated.position - commanded.position), pose.attitude)
-        };
-        Parts {
-            a: carried(&pair[1].held[0], &simulated[0], &commanded.a),
-            b: carried(&pair[1].held[1], &simulated[1], &commanded.b),
-        }
+    log.cycles.windows(2).map(|pair| in_laboratory(plant, &pair[0], &pair[1].held)).collect()
+}
+
+/// Logged poses of the parts, laboratory, at rest: the log lays the share of the simulated motion that each robot makes
+/// back onto the parts.
+fn in_laboratory(plant: &Plant, cycle: &Cycle, poses: &[Pose<f64>; 2]) -> Parts<f64> {
+    let (simulated, commanded) = (cycle.simulated, shared(plant, cycle));
+    let carried = |pose: &Pose<f64>, simulated: &Motion<f64>, commanded: &Motion<f64>| {
+        at_rest(pose.position - (simulated.position - commanded.position), pose.attitude)
     };
-    log.cycles.windows(2).map(of).collect()
+    Parts { a: carried(&poses[0], &simulated[0], &commanded.a), b: carried(&poses[1], &simulated[1], &commanded.b) }
 }
 
 /// Laboratory motions that a simulated pair of parts asks for.

@@ -172,6 +172,7 @@ fn identifiability(terms: &Terms, regression: &Regression) -> BlockIdentifiabili
             deviation,
             log_odds,
             determination: Determination::of(deviation / plausible, log_odds, THRESHOLD),
+            session: None,
         }
     };
     BlockIdentifiability { block: ROBOT.name, rows: causes.map(row).collect(), confounded: Vec::new() }
