@@ -16,6 +16,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+/// Share of the torque that counts as unexplained where the recordings are too slow for a torque error.
+const UNKNOWN_SHARE: f64 = 0.1;
+
 /// Effect that was planted.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PlantedEffect {
@@ -183,7 +186,7 @@ impl Copied {
                 &self.tables[&first],
                 own,
                 multiple,
-                unexplained.unwrap_or(0.0),
+                unexplained.unwrap_or(UNKNOWN_SHARE),
                 tolerance(rig, form.field),
             )?;
             self.tables.values_mut().try_for_each(|table| form.change.plant(table, own, size))?;

@@ -147,7 +147,11 @@ impl MeasuredBlock {
 
     /// Returns the step of difference quotients, as a share of a parameter's standard deviation.
     pub fn quotient(&self) -> f64 {
-        if self.simulator.is_single(&self.section) { QUOTIENT_SINGLE } else { QUOTIENT }
+        match &self.section {
+            Section::Touch(_) => QUOTIENT_TOUCH,
+            section if self.simulator.is_single(section) => QUOTIENT_SINGLE,
+            _ => QUOTIENT,
+        }
     }
 
     /// Returns the time between decimated samples of a recording \[s\].
@@ -171,6 +175,8 @@ impl MeasuredBlock {
 /// Difference quotients in double precision, and in single, where a smaller difference would be one of roundings.
 const QUOTIENT: f64 = 2e-3;
 const QUOTIENT_SINGLE: f64 = 5e-2;
+/// Where a touch begins in one step of the simulation or the next: the residual is a staircase of the parameters.
+const QUOTIENT_TOUCH: f64 = 0.3;
 
 /// Travels and depths whose tolerance is a factor: they cannot be negative.
 const FACTORS: [&str; 2] = ["presliding_travel", "damping_onset"];
