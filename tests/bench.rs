@@ -27,6 +27,7 @@ fn begun(folder: &Path) {
     let answer = RecordedAnswer {
         verdict: RecordedVerdict::NoEffect,
         effects: Vec::new(),
+        possible: Vec::new(),
         blocks: Vec::new(),
         partner_missing: false,
         experiment: None,

@@ -216,6 +216,7 @@ pub(crate) mod tests {
         RecordedAnswer {
             verdict,
             effects,
+            possible: Vec::new(),
             blocks,
             partner_missing: false,
             experiment: None,

@@ -61,6 +61,9 @@ pub struct RecordedAnswer {
     pub verdict: RecordedVerdict,
     /// Named or listed causes, the most probable first.
     pub effects: Vec<NamedCause>,
+    /// Causes that an inadequate model leaves possible: id and block. They are no answer.
+    #[serde(default)]
+    pub possible: Vec<(String, String)>,
     /// Blocks with their verdicts.
     pub blocks: Vec<(String, RecordedVerdict)>,
     /// Whether a confounded cause was excluded from the library.

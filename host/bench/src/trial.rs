@@ -177,6 +177,7 @@ fn refused(refusal: String) -> RecordedAnswer {
     RecordedAnswer {
         verdict: RecordedVerdict::Refused,
         effects: Vec::new(),
+        possible: Vec::new(),
         blocks: Vec::new(),
         partner_missing: false,
         experiment: None,
@@ -199,6 +200,7 @@ fn recorded(diagnosis: &Diagnosis, judged: Vec<Judged>) -> (RecordedAnswer, Opti
     let answer = RecordedAnswer {
         verdict: diagnosis.answer.into(),
         effects,
+        possible: diagnosis.blocks.iter().flat_map(possible).collect(),
         blocks,
         partner_missing: diagnosis.blocks.iter().any(|block| !block.partner_missing.is_empty()),
         experiment: diagnosis.experiment.clone(),
@@ -209,6 +211,11 @@ fn recorded(diagnosis: &Diagnosis, judged: Vec<Judged>) -> (RecordedAnswer, Opti
     let main = |block: &&BlockAnswer| !block.effects.is_empty() && block.gain == diagnosis.gain;
     let main = diagnosis.blocks.iter().find(main).map(|block| block.block);
     (answer, judged.into_iter().find(|judged| Some(judged.block.name) == main))
+}
+
+/// Causes that an inadequate model leaves possible, with the block.
+fn possible(block: &BlockAnswer) -> impl Iterator<Item = (String, String)> {
+    block.possible.iter().map(|cause| (cause.id.to_owned(), block.block.to_owned()))
 }
 
 /// Returns the parameters of a cause with their Cramer-Rao standard deviations.

@@ -19,6 +19,8 @@ pub enum RealGrade {
     Listed,
     /// Some of several planted effects, and nothing else.
     Partly,
+    /// No cause is named, but a model error is reported for which the planted effects are possible causes.
+    Possible,
     /// No cause is named, but a model error is reported.
     Abstained,
     /// No model error is reported.
@@ -31,10 +33,11 @@ pub enum RealGrade {
 
 impl RealGrade {
     /// All grades with their words.
-    pub const ALL: [(Self, &'static str); 7] = [
+    pub const ALL: [(Self, &'static str); 8] = [
         (Self::Right, "right"),
         (Self::Listed, "listed"),
         (Self::Partly, "partly"),
+        (Self::Possible, "possible"),
         (Self::Abstained, "abstained"),
         (Self::Missed, "missed"),
         (Self::Refused, "refused"),
@@ -56,13 +59,19 @@ pub(super) fn same_in<'a>(other: &'a RecordedAnswer, cause: &NamedCause) -> Opti
     other.effects.iter().find(|own| own.block == cause.block && code(&own.id) == code(&cause.id))
 }
 
+/// Whether an answer leaves a cause possible: of the unchanged set, it may be a property of the machine.
+fn is_possible(answer: &RecordedAnswer, id: &str, block: &str) -> bool {
+    let is_own = |own: &(String, String)| code(&own.0) == code(id) && (block.is_empty() || own.1 == block);
+    answer.possible.iter().any(is_own)
+}
+
 /// Grades the answer of a case with planted effects.
 pub fn planted_grade(base: &RecordedAnswer, record: &RealRecord) -> RealGrade {
     let (answer, planted) = (&record.answer, &record.planted);
     if answer.verdict == RecordedVerdict::Refused {
         return RealGrade::Refused;
     }
-    let is_new = |cause: &&NamedCause| same_in(base, cause).is_none();
+    let is_new = |cause: &&NamedCause| same_in(base, cause).is_none() && !is_possible(base, &cause.id, &cause.block);
     let is_planted = |cause: &NamedCause| planted.iter().any(|own| is_effect(own, cause));
     if named(answer).filter(is_new).any(|cause| !is_planted(cause)) {
         return RealGrade::Wrong;
@@ -79,6 +88,9 @@ pub fn planted_grade(base: &RecordedAnswer, record: &RealRecord) -> RealGrade {
     let lists = |own: &PlantedEffect| answer.effects.iter().any(|cause| is_effect(own, cause));
     match answer.verdict {
         RecordedVerdict::Ambiguous if planted.iter().all(lists) => RealGrade::Listed,
+        RecordedVerdict::ModelInadequate if planted.iter().all(|own| is_possible(answer, &own.id, &own.block)) => {
+            RealGrade::Possible
+        }
         RecordedVerdict::NoEffect | RecordedVerdict::NoPracticalEffect | RecordedVerdict::Named => RealGrade::Missed,
         _ => RealGrade::Abstained,
     }
@@ -134,6 +146,7 @@ mod tests {
         RecordedAnswer {
             verdict,
             effects: effects.to_vec(),
+            possible: Vec::new(),
             blocks: vec![("R3".to_owned(), verdict)],
             partner_missing: false,
             experiment: None,
@@ -178,6 +191,16 @@ mod tests {
         assert_eq!(grade(&nothing, Ambiguous, &[friction.clone(), spring.clone()]), RealGrade::Listed);
         assert_eq!(grade(&nothing, NotInLibrary, &[]), RealGrade::Abstained);
         assert_eq!(grade(&nothing, NoEffect, &[]), RealGrade::Missed);
+        // What an inadequate model leaves possible is no answer; of the unchanged set it is no false name.
+        let open = |possible: &str| RecordedAnswer {
+            possible: vec![(possible.to_owned(), "R3".to_owned())],
+            ..answer(RecordedVerdict::ModelInadequate, &[])
+        };
+        let left = |possible: &str| planted_grade(&nothing, &record(open(possible), &planted));
+        assert_eq!((left("J1_coulomb"), left("J17_cable_drag")), (RealGrade::Possible, RealGrade::Abstained));
+        let both = [friction.clone(), spring.clone()];
+        assert_eq!(grade(&open("J17_cable_drag"), Named, &both), RealGrade::Right);
+        assert_eq!(grade(&open("J9_torque_ripple"), Named, &both), RealGrade::Wrong);
         // What the unchanged set has as well is no false name, and must change by the planted size.
         let with_spring = answer(Named, std::slice::from_ref(&spring));
         assert_eq!(grade(&with_spring, Named, &[friction.clone(), spring.clone()]), RealGrade::Right);

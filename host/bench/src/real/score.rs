@@ -60,7 +60,7 @@ pub struct RealRow {
     /// Answer for the unchanged set.
     pub base: String,
     /// Number of planted cases by grade, in the order of [`RealGrade::ALL`].
-    pub planted: [usize; 7],
+    pub planted: [usize; RealGrade::ALL.len()],
     /// Number of untouched cases with the answer of the unchanged set, and of all.
     pub untouched: [usize; 2],
     /// Median relative error of sizes.
@@ -116,7 +116,7 @@ pub fn score(records: &[RealRecord]) -> RealScore {
         let row = rows.entry(&record.set).or_insert_with(|| RealRow {
             set: record.set.clone(),
             base: words(&base.answer),
-            planted: [0; 7],
+            planted: [0; RealGrade::ALL.len()],
             untouched: [0; 2],
             size_error: None,
             held: [0; 2],

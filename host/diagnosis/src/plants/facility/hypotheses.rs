@@ -14,6 +14,11 @@ const RANDOM: [&str; 3] = ["C3_jitter", "C4_drops", "S7_noise"];
 /// Quantisation of a noisy reading counts as noise, and the tare residual is removed from every drive.
 const TOLERATED: [&str; 3] = ["S6_quantisation", "S1_bias", "S9_tare"];
 
+/// Limits of the tools, in the order of the effect's parameters: one may bite without the other.
+const LIMITED: [&str; 2] = ["greatest speed of the tools", "greatest rotation rate of the tools"];
+/// Sizes at which a limit is tried: what it cuts differs in form from size to size.
+const LIMITS: [f64; 5] = [0.3, 1.0, 2.0, 3.0, 4.0];
+
 /// Returns the hypotheses between the commands of a facility and the motion of its parts.
 pub fn of_motion(block: &MeasuredBlock, model: &Model) -> Vec<Hypothesis> {
     let jointed = model.facility.joint_level.is_some();
@@ -42,6 +47,12 @@ fn of(block: &MeasuredBlock, model: &Model, acts: &dyn Fn(&Effect) -> bool) -> V
     let rail = model.facility.rail.is_some_and(|rail| rail.share > 0.0);
     for effect in EFFECTS.iter().filter(|effect| acts(effect)) {
         if RANDOM.contains(&effect.id) || TOLERATED.contains(&effect.id) {
+            continue;
+        }
+        if effect.id == "C7_rate_limit" {
+            for (parameter, name) in effect.parameters.iter().zip(LIMITED) {
+                shelf.add(effect.id, name, &[entry(&shelf, block, parameter)], &LIMITS, &[]);
+            }
             continue;
         }
         let there = |parameter: &&EffectParameter| rail || parameter.field != "rail_lag";

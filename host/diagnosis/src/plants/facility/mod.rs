@@ -34,8 +34,6 @@ pub(crate) struct FacilityPlant {
 
 /// Share of the misfit that a common value must leave at most, to replace the draws of a campaign.
 const LEFT: f64 = 0.5;
-/// Residual from which on drives are not explained, in units of the noise.
-const UNEXPLAINED: f64 = 1.3;
 
 impl FacilityPlant {
     /// Builds the plant of a facility.
@@ -145,11 +143,10 @@ impl DiagnosedPlant for FacilityPlant {
         own.map(|((inputs, outputs), place)| view(place, inputs, outputs)).collect()
     }
 
-    /// Gives all drives one value of what their campaign draws for each, where that explains unexplained drives better.
+    /// Gives all drives one value of what their campaign draws for each, where that explains the drives better. Without
+    /// repeats the noise is what the richest hypothesis leaves: drives that none explains do not look unexplained.
     fn update(&mut self, _: &Recordings, all: &Blocks) -> bool {
-        let is_unexplained = |answer: &BlockAnswer| answer.answer.is_open() || answer.residual.after > UNEXPLAINED;
-        let unexplained = all.answers.iter().zip(&all.judged).filter(|(answer, _)| is_unexplained(answer));
-        let found: Vec<_> = unexplained.filter_map(|(_, judged)| self.best_shared(judged)).collect();
+        let found: Vec<_> = all.judged.iter().filter_map(|judged| self.best_shared(judged)).collect();
         let is_new = !found.is_empty();
         found.into_iter().for_each(|(effect, fields)| self.shared.entry(effect).or_default().extend(fields));
         is_new

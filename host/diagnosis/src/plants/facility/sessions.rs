@@ -17,7 +17,7 @@ pub(super) const SESSIONS: [SessionRow; 7] = [
     },
     SessionRow {
         ids: &["C3_jitter", "C4_drops"],
-        session: "drive one run five times (`softdock drive --run N --repeat 1` to `5`) and compare the motions; the \
+        session: "drive one run five times (`softdock drive CAMPAIGN --run N --repeat 1` to `5`) and compare the motions; the \
                   lost and late packets of each link are in the log",
     },
     SessionRow {
