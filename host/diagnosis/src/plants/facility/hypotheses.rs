@@ -14,8 +14,12 @@ const RANDOM: [&str; 3] = ["C3_jitter", "C4_drops", "S7_noise"];
 /// Quantisation of a noisy reading counts as noise, and the tare residual is removed from every drive.
 const TOLERATED: [&str; 3] = ["S6_quantisation", "S1_bias", "S9_tare"];
 
-/// Limits of the tools, in the order of the effect's parameters: one may bite without the other.
-const LIMITED: [&str; 2] = ["greatest speed of the tools", "greatest rotation rate of the tools"];
+/// Effects whose parameters act alone as well, with names in the order of the parameters, and whether they also act
+/// together: a limit of the tools may bite without the other, and a delay needs no low-pass.
+const APART: [(&str, &[&str], bool); 2] = [
+    ("C7_rate_limit", &["greatest speed of the tools", "greatest rotation rate of the tools"], false),
+    ("S5_low_pass", &["low-pass", "delay"], true),
+];
 /// Sizes at which a limit is tried: what it cuts differs in form from size to size.
 const LIMITS: [f64; 5] = [0.3, 1.0, 2.0, 3.0, 4.0];
 
@@ -49,10 +53,13 @@ fn of(block: &MeasuredBlock, model: &Model, acts: &dyn Fn(&Effect) -> bool) -> V
         if RANDOM.contains(&effect.id) || TOLERATED.contains(&effect.id) {
             continue;
         }
-        if effect.id == "C7_rate_limit" {
-            for (parameter, name) in effect.parameters.iter().zip(LIMITED) {
-                shelf.add(effect.id, name, &[entry(&shelf, block, parameter)], &LIMITS, &[]);
-            }
+        let apart = APART.iter().find(|row| row.0 == effect.id);
+        for (parameter, name) in effect.parameters.iter().zip(apart.map_or([].as_slice(), |row| row.1)) {
+            let entry = entry(&shelf, block, parameter);
+            let sizes = if entry.0.ends_with("_limit") { LIMITS.as_slice() } else { &[1.0] };
+            shelf.add(effect.id, name, &[entry], sizes, &[]);
+        }
+        if apart.is_some_and(|row| !row.2) {
             continue;
         }
         let there = |parameter: &&EffectParameter| rail || parameter.field != "rail_lag";
