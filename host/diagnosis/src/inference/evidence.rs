@@ -27,7 +27,7 @@ pub fn evidence(fitted: &Fitted, dispersion: f64) -> MarginalLikelihood {
     let covariance = cholesky.inverse();
     let z = DVector::from_column_slice(&fitted.z);
     let slope = fitted.prior_slope();
-    let mut log = -0.5 * (fitted.chi2() / dispersion + slope.dot(&z) + log_det) + relieved_by_tails(fitted);
+    let mut log = -0.5 * (fitted.chi2() / dispersion + slope.dot(&z) + log_det) + excess_of_tails(fitted);
     let gradient = fitted.gradient() / dispersion + slope;
     let shift = &covariance * &gradient;
     for (i, unknown) in fitted.unknowns.iter().enumerate() {
@@ -50,13 +50,13 @@ const TAIL: f64 = 2.0;
 /// What is plausible is known to a factor at best. With normal tails the prior would decide between causes that are both
 /// far larger than is plausible, whatever the data say: 18 standard deviations against 6 are 140 in log-odds. Beyond
 /// `TAIL` the prior goes on as a power with the same value and slope, `TAIL^2 (1/2 + ln(z / TAIL))`.
-fn relieved_by_tails(fitted: &Fitted) -> f64 {
+fn excess_of_tails(fitted: &Fitted) -> f64 {
     if fitted.freed {
         return 0.0;
     }
     let sizes = fitted.unknowns.iter().zip(&fitted.z).filter(|(unknown, _)| unknown.role == Role::Size);
-    let relieved = |z: f64| 0.5 * z * z - TAIL * TAIL * (0.5 + (z / TAIL).ln());
-    sizes.map(|(_, z)| z.abs()).filter(|z| *z > TAIL).map(relieved).sum()
+    let excess = |z: f64| 0.5 * z * z - TAIL * TAIL * (0.5 + (z / TAIL).ln());
+    sizes.map(|(_, z)| z.abs()).filter(|z| *z > TAIL).map(excess).sum()
 }
 
 /// Returns the Cholesky factor of a matrix that is positive definite but for roundings: readings of any size, such as a
