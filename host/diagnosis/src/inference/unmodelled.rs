@@ -6,12 +6,13 @@
 use crate::inference::admissibility::holds;
 use crate::inference::bank::Bank;
 use crate::inference::combine::price;
-use crate::inference::evidence::evidence;
+use crate::inference::evidence::normal_evidence;
 use crate::inference::fit::{Fitted, Start, fit};
 use crate::inference::judge::{BlockJudgement, Candidate, JudgementContext, carried, unknowns};
 use crate::inference::latent::{Latent, latent};
 use crate::inference::response::KnotResponse;
 use crate::inference::selection::{Linear, stable};
+use crate::inference::torque_error::TorqueError;
 use crate::model::block::MeasuredBlock;
 use crate::model::hypothesis::Hypothesis;
 
@@ -102,7 +103,7 @@ pub(crate) fn is_simpler(
     let search = Search { bench: JudgementContext::of(block, terms, judgement.noise.clone()), terms };
     let closest = search.closest(&judgement.null, judgement.dispersion);
     let choices: Vec<Vec<usize>> = closest.iter().map(|term| vec![*term]).collect();
-    let log = |fitted: &Fitted| evidence(fitted, judgement.dispersion).log;
+    let log = |fitted: &Fitted| normal_evidence(fitted, judgement.dispersion).log;
     let least = log(&judgement.null) + best.score(library.len()) + price(library.len()) + PAYS;
     let fits = closest.into_iter().zip(search.fitted(&choices, &judgement.null));
     let Some((term, fitted)) = fits.max_by(|a, b| log(&a.1).total_cmp(&log(&b.1))) else { return false };
@@ -137,8 +138,12 @@ fn form(
     if picked.is_empty() {
         return None;
     }
-    let members: Vec<usize> = numbers(&picked);
-    let candidate = search.candidate(&members, at, judgement);
+    let mut candidate = search.candidate(&numbers(&picked), at.clone(), judgement);
+    // A form that raises the torque error absorbs what is no torque.
+    while search.raises_torque_error(&candidate, judgement) {
+        (_, picked, at) = search.one_less(&picked, &at, candidate.fitted.mean_square().max(1.0))?;
+        candidate = search.candidate(&numbers(&picked), at.clone(), judgement);
+    }
     let holds = holds(&candidate, judgement.threshold) && !candidate.is_impossible();
     let terms = picked.into_iter().map(|(term, share)| (terms[term].clone(), share)).collect::<Vec<_>>();
     let hypotheses = (0..terms.len()).collect();
@@ -209,29 +214,47 @@ impl Search<'_> {
 
     /// The terms without those that do not pay, and their fit.
     fn thinned(&self, mut picked: Vec<(usize, f64)>, mut at: Fitted) -> (Vec<(usize, f64)>, Fitted) {
-        while picked.len() > 1 {
-            let without = |place: usize| {
-                let mut rest = picked.clone();
-                rest.remove(place);
-                rest
-            };
-            let choices: Vec<Vec<(usize, f64)>> = (0..picked.len()).map(without).collect();
-            let sets: Vec<Vec<usize>> = choices.iter().map(|choice| numbers(choice)).collect();
+        loop {
             let dispersion = at.mean_square().max(1.0);
-            let own = evidence(&at, dispersion).log;
-            let fits = choices.into_iter().zip(self.fitted(&sets, &at));
-            let scored = fits.map(|(choice, fitted)| (evidence(&fitted, dispersion).log, choice, fitted));
-            match scored.max_by(|a, b| a.0.total_cmp(&b.0)) {
+            let own = normal_evidence(&at, dispersion).log;
+            match self.one_less(&picked, &at, dispersion) {
                 Some((log, choice, fitted)) if log > own - PAYS => (picked, at) = (choice, fitted),
-                _ => break,
+                _ => return (picked, at),
             }
         }
-        (picked, at)
+    }
+
+    /// The terms without the one that pays least, with their evidence and fit; `None` for a single term.
+    fn one_less(
+        &self,
+        picked: &[(usize, f64)],
+        at: &Fitted,
+        dispersion: f64,
+    ) -> Option<(f64, Vec<(usize, f64)>, Fitted)> {
+        if picked.len() < 2 {
+            return None;
+        }
+        let without = |place: usize| {
+            let mut rest = picked.to_vec();
+            rest.remove(place);
+            rest
+        };
+        let choices: Vec<Vec<(usize, f64)>> = (0..picked.len()).map(without).collect();
+        let sets: Vec<Vec<usize>> = choices.iter().map(|choice| numbers(choice)).collect();
+        let fits = choices.into_iter().zip(self.fitted(&sets, at));
+        let scored = fits.map(|(choice, fitted)| (normal_evidence(&fitted, dispersion).log, choice, fitted));
+        scored.max_by(|a, b| a.0.total_cmp(&b.0))
+    }
+
+    fn raises_torque_error(&self, candidate: &Candidate, judgement: &BlockJudgement) -> bool {
+        let is_held_out = self.bench.block.trials.iter().any(|trial| trial.held_out);
+        let error = TorqueError::of(self.bench.block, is_held_out, [&judgement.clamped, &candidate.fitted]);
+        error.is_some_and(|error| error.rises())
     }
 
     fn candidate(&self, members: &[usize], fitted: Fitted, judgement: &BlockJudgement) -> Candidate {
         let dispersion = fitted.mean_square().max(1.0);
-        let evidence_of = |fitted: &Fitted| evidence(fitted, dispersion);
+        let evidence_of = |fitted: &Fitted| normal_evidence(fitted, dispersion);
         let own = evidence_of(&fitted);
         let log_odds = own.log - evidence_of(&judgement.null).log;
         let mut one = [Candidate { log_odds, ..Candidate::new(members.to_vec(), fitted, own) }];
