@@ -123,7 +123,7 @@ fn form(
     }
     terms.extend(library.iter().filter(|hypothesis| hypothesis.is_linear()).cloned());
     let search = Search { bench: JudgementContext::of(block, &terms, judgement.noise.clone()), terms: &terms };
-    let mut picked: Vec<(usize, f64)> = Vec::new();
+    let mut picked: Vec<PickedTerm> = Vec::new();
     let mut at = judgement.null.clone();
     for _ in 0..PASSES {
         let more = search.more(&at, &picked);
@@ -150,9 +150,12 @@ fn form(
     Some(Form { terms, candidate: Candidate { hypotheses, ..candidate }, holds })
 }
 
-fn numbers(picked: &[(usize, f64)]) -> Vec<usize> {
+fn numbers(picked: &[PickedTerm]) -> Vec<usize> {
     picked.iter().map(|(term, _)| *term).collect()
 }
+
+/// A term, with the share of the data's halves that select it.
+type PickedTerm = (usize, f64);
 
 struct Search<'a> {
     bench: JudgementContext<'a>,
@@ -181,7 +184,7 @@ impl Search<'_> {
     }
 
     /// Terms that most halves of the data pick on top of a fit, each with their share.
-    fn more(&self, at: &Fitted, picked: &[(usize, f64)]) -> Vec<(usize, f64)> {
+    fn more(&self, at: &Fitted, picked: &[PickedTerm]) -> Vec<PickedTerm> {
         let is_new = |number: &usize| picked.iter().all(|(own, _)| own != number);
         let left: Vec<usize> = (0..self.terms.len()).filter(is_new).collect();
         let shelf: Vec<Hypothesis> = left.iter().map(|number| self.terms[*number].clone()).collect();
@@ -213,7 +216,7 @@ impl Search<'_> {
     }
 
     /// The terms without those that do not pay, and their fit.
-    fn thinned(&self, mut picked: Vec<(usize, f64)>, mut at: Fitted) -> (Vec<(usize, f64)>, Fitted) {
+    fn thinned(&self, mut picked: Vec<PickedTerm>, mut at: Fitted) -> (Vec<PickedTerm>, Fitted) {
         loop {
             let dispersion = at.mean_square().max(1.0);
             let own = normal_evidence(&at, dispersion).log;
@@ -225,12 +228,7 @@ impl Search<'_> {
     }
 
     /// The terms without the one that pays least, with their evidence and fit; `None` for a single term.
-    fn one_less(
-        &self,
-        picked: &[(usize, f64)],
-        at: &Fitted,
-        dispersion: f64,
-    ) -> Option<(f64, Vec<(usize, f64)>, Fitted)> {
+    fn one_less(&self, picked: &[PickedTerm], at: &Fitted, dispersion: f64) -> Option<(f64, Vec<PickedTerm>, Fitted)> {
         if picked.len() < 2 {
             return None;
         }
@@ -239,7 +237,7 @@ impl Search<'_> {
             rest.remove(place);
             rest
         };
-        let choices: Vec<Vec<(usize, f64)>> = (0..picked.len()).map(without).collect();
+        let choices: Vec<Vec<PickedTerm>> = (0..picked.len()).map(without).collect();
         let sets: Vec<Vec<usize>> = choices.iter().map(|choice| numbers(choice)).collect();
         let fits = choices.into_iter().zip(self.fitted(&sets, at));
         let scored = fits.map(|(choice, fitted)| (normal_evidence(&fitted, dispersion).log, choice, fitted));
