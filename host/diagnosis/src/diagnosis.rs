@@ -178,7 +178,7 @@ impl Prepared {
                 let library: Vec<Hypothesis> = library.into_iter().filter(without).collect();
                 identifiability(&block, &library)
             };
-            let before = self.plant.identifiability_before_blocks(&self.recordings);
+            let before = self.plant.identifiability_before_blocks(&self.recordings, &blocks);
             let mut all: Vec<BlockIdentifiability> =
                 before.into_iter().chain(blocks.into_iter().filter_map(of)).collect();
             for row in all.iter_mut().flat_map(|block| &mut block.rows) {

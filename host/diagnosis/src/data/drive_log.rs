@@ -157,9 +157,9 @@ impl Table {
         let columns = wanted.iter().map(|name| ("", name.as_str())).collect();
         let wanted = Wanted { columns, named: Named::Agreed(REMEDY), gaps: Gaps::Kept, order: &[] };
         let mut columns = wanted.read(path)?.columns;
-        let mut commanded_and_limits = columns.split_off(needed);
-        let limits = commanded_and_limits.split_off(commanded.len());
-        Ok(Self { columns, commanded: commanded_and_limits, limits })
+        let limits = columns.split_off(needed + commanded.len());
+        let commanded = columns.split_off(needed);
+        Ok(Self { columns, commanded, limits })
     }
 
     fn cell(&self, column: usize, row: usize) -> f64 {

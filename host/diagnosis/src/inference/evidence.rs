@@ -17,16 +17,9 @@ pub struct MarginalLikelihood {
 /// Returns the evidence of a fit; `dispersion` >= 1 is the factor by which residual variances exceed the noise.
 ///
 /// `log Z = -chi2/2c - z'Pz/2 - log det(1 + P^-1 J'J/c)/2`, P the precision of what is plausible, 1 unless sizes are
-/// freed; the priors of sizes have heavy tails; a number that cannot be negative adds the share of its posterior that is allowed, over the half that its prior
-/// is (MacKay, Information theory, inference, and learning algorithms, ch. 27).
+/// freed; the priors of sizes have heavy tails; a number that cannot be negative adds the share of its posterior that is
+/// allowed, over the half that its prior is (MacKay, Information theory, inference, and learning algorithms, ch. 27).
 pub fn evidence(fitted: &Fitted, dispersion: f64) -> MarginalLikelihood {
-    let normal = normal_evidence(fitted, dispersion);
-    MarginalLikelihood { log: normal.log + excess_of_tails(fitted), ..normal }
-}
-
-/// Returns the evidence with normal priors throughout: for terms of a dictionary, which nothing but their priors keeps
-/// from absorbing what another part lacks.
-pub(crate) fn normal_evidence(fitted: &Fitted, dispersion: f64) -> MarginalLikelihood {
     let plausible = fitted.plausible();
     let cholesky = regular(fitted.curvature(dispersion));
     let log_det: f64 = 2.0 * cholesky.l().diagonal().iter().map(|d| d.ln()).sum::<f64>();
@@ -34,7 +27,7 @@ pub(crate) fn normal_evidence(fitted: &Fitted, dispersion: f64) -> MarginalLikel
     let covariance = cholesky.inverse();
     let z = DVector::from_column_slice(&fitted.z);
     let slope = fitted.prior_slope();
-    let mut log = -0.5 * (fitted.chi2() / dispersion + slope.dot(&z) + log_det);
+    let mut log = -0.5 * (fitted.chi2() / dispersion + slope.dot(&z) + log_det) + excess_of_tails(fitted);
     let gradient = fitted.gradient() / dispersion + slope;
     let shift = &covariance * &gradient;
     for (i, unknown) in fitted.unknowns.iter().enumerate() {

@@ -53,7 +53,7 @@ pub struct IdentifiabilityRow {
     pub log_odds: f64,
     /// How well it is determined.
     pub determination: Determination,
-    /// Session that determines it, where the plant has one of its own; else that of the effect's group.
+    /// Session by which this plant determines it; `None` for the experiment of the effect's group.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub session: Option<&'static str>,
 }

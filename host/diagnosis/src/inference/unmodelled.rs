@@ -6,13 +6,12 @@
 use crate::inference::admissibility::holds;
 use crate::inference::bank::Bank;
 use crate::inference::combine::price;
-use crate::inference::evidence::normal_evidence;
+use crate::inference::evidence::evidence;
 use crate::inference::fit::{Fitted, Start, fit};
 use crate::inference::judge::{BlockJudgement, Candidate, JudgementContext, carried, unknowns};
 use crate::inference::latent::{Latent, latent};
 use crate::inference::response::KnotResponse;
 use crate::inference::selection::{Linear, stable};
-use crate::inference::torque_error::TorqueError;
 use crate::model::block::MeasuredBlock;
 use crate::model::hypothesis::Hypothesis;
 
@@ -103,7 +102,7 @@ pub(crate) fn is_simpler(
     let search = Search { bench: JudgementContext::of(block, terms, judgement.noise.clone()), terms };
     let closest = search.closest(&judgement.null, judgement.dispersion);
     let choices: Vec<Vec<usize>> = closest.iter().map(|term| vec![*term]).collect();
-    let log = |fitted: &Fitted| normal_evidence(fitted, judgement.dispersion).log;
+    let log = |fitted: &Fitted| evidence(fitted, judgement.dispersion).log;
     let least = log(&judgement.null) + best.score(library.len()) + price(library.len()) + PAYS;
     let fits = closest.into_iter().zip(search.fitted(&choices, &judgement.null));
     let Some((term, fitted)) = fits.max_by(|a, b| log(&a.1).total_cmp(&log(&b.1))) else { return false };
@@ -140,7 +139,7 @@ fn form(
     }
     let mut candidate = search.candidate(&numbers(&picked), at.clone(), judgement);
     // A form that raises the torque error absorbs what is no torque.
-    while search.raises_torque_error(&candidate, judgement) {
+    while candidate.worse_torque.is_some() {
         (_, picked, at) = search.one_less(&picked, &at, candidate.fitted.mean_square().max(1.0))?;
         candidate = search.candidate(&numbers(&picked), at.clone(), judgement);
     }
@@ -219,7 +218,7 @@ impl Search<'_> {
     fn thinned(&self, mut picked: Vec<PickedTerm>, mut at: Fitted) -> (Vec<PickedTerm>, Fitted) {
         loop {
             let dispersion = at.mean_square().max(1.0);
-            let own = normal_evidence(&at, dispersion).log;
+            let own = evidence(&at, dispersion).log;
             match self.one_less(&picked, &at, dispersion) {
                 Some((log, choice, fitted)) if log > own - PAYS => (picked, at) = (choice, fitted),
                 _ => return (picked, at),
@@ -240,27 +239,22 @@ impl Search<'_> {
         let choices: Vec<Vec<PickedTerm>> = (0..picked.len()).map(without).collect();
         let sets: Vec<Vec<usize>> = choices.iter().map(|choice| numbers(choice)).collect();
         let fits = choices.into_iter().zip(self.fitted(&sets, at));
-        let scored = fits.map(|(choice, fitted)| (normal_evidence(&fitted, dispersion).log, choice, fitted));
+        let scored = fits.map(|(choice, fitted)| (evidence(&fitted, dispersion).log, choice, fitted));
         scored.max_by(|a, b| a.0.total_cmp(&b.0))
-    }
-
-    fn raises_torque_error(&self, candidate: &Candidate, judgement: &BlockJudgement) -> bool {
-        let is_held_out = self.bench.block.trials.iter().any(|trial| trial.held_out);
-        let error = TorqueError::of(self.bench.block, is_held_out, [&judgement.clamped, &candidate.fitted]);
-        error.is_some_and(|error| error.rises())
     }
 
     fn candidate(&self, members: &[usize], fitted: Fitted, judgement: &BlockJudgement) -> Candidate {
         let dispersion = fitted.mean_square().max(1.0);
-        let evidence_of = |fitted: &Fitted| normal_evidence(fitted, dispersion);
+        let evidence_of = |fitted: &Fitted| evidence(fitted, dispersion);
         let own = evidence_of(&fitted);
         let log_odds = own.log - evidence_of(&judgement.null).log;
         let mut one = [Candidate { log_odds, ..Candidate::new(members.to_vec(), fitted, own) }];
+        // While it is admissible: that of others is not computed.
+        self.bench.refuse_worse_torque(&judgement.clamped, &mut one);
         self.bench.add_input_noise(&judgement.null, dispersion, &mut one);
         self.bench.compensate(dispersion, &mut one);
         self.bench.add_deviations(dispersion, &mut one);
         self.bench.add_adequacies(&judgement.null, &judgement.clamped, &mut one);
-        self.bench.refuse_worse_torque(&judgement.clamped, &mut one);
         let [candidate] = one;
         candidate
     }

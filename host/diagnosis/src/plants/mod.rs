@@ -107,7 +107,11 @@ pub(crate) trait DiagnosedPlant {
     }
 
     /// Returns the identifiability of effects that need no block.
-    fn identifiability_before_blocks(&self, _recordings: &Recordings) -> Option<BlockIdentifiability> {
+    fn identifiability_before_blocks(
+        &self,
+        _recordings: &Recordings,
+        _blocks: &[BlockWithLibrary],
+    ) -> Option<BlockIdentifiability> {
         None
     }
 

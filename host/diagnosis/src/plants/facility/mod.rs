@@ -101,12 +101,13 @@ impl DiagnosedPlant for FacilityPlant {
     }
 
     /// Lists the effects that no signal of a drive shows.
-    fn identifiability_before_blocks(&self, recordings: &Recordings) -> Option<BlockIdentifiability> {
-        let ids = |place: usize| {
-            let block = self.block(recordings, place, 1);
-            self.library(recordings, place, &block).into_iter().map(|hypothesis| hypothesis.effect.id)
-        };
-        let judged: BTreeSet<&str> = (0..self.places(recordings)).flat_map(ids).collect();
+    fn identifiability_before_blocks(
+        &self,
+        _: &Recordings,
+        blocks: &[BlockWithLibrary],
+    ) -> Option<BlockIdentifiability> {
+        let judged: BTreeSet<&str> =
+            blocks.iter().flat_map(|(_, library)| library).map(|hypothesis| hypothesis.effect.id).collect();
         // Robots have either a lag or drives with joints, by the scenario.
         let hidden = EFFECTS.iter().filter(|effect| effect.block != EffectBlock::Robot && !judged.contains(effect.id));
         let fields = fields::<f64, Params<f64>>();

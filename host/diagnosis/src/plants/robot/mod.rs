@@ -73,7 +73,11 @@ impl DiagnosedPlant for RobotPlant {
         (answer.iter().cloned().collect(), findings.clone())
     }
 
-    fn identifiability_before_blocks(&self, recordings: &Recordings) -> Option<BlockIdentifiability> {
+    fn identifiability_before_blocks(
+        &self,
+        recordings: &Recordings,
+        _: &[BlockWithLibrary],
+    ) -> Option<BlockIdentifiability> {
         self.whole(recordings).identifiability.clone()
     }
 
