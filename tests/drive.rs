@@ -2,9 +2,10 @@
 
 use softdock_test_size::sized;
 use std::fs;
-use std::net::UdpSocket;
+use std::net::{Ipv4Addr, TcpListener, UdpSocket};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
 
 fn root() -> &'static Path {
@@ -30,9 +31,20 @@ fn outcome(code: i32, command: &mut Command) -> String {
     printed
 }
 
-/// Returns a free port.
+/// Returns a port that is free for UDP and TCP, each time another one.
+///
+/// It is below the ports that the system gives to outgoing connections, so that none of them takes it meanwhile.
 pub(crate) fn free_port() -> u16 {
-    UdpSocket::bind("127.0.0.1:0").and_then(|socket| socket.local_addr()).expect("a port").port()
+    static NEXT: AtomicU32 = AtomicU32::new(0);
+    for _ in 0..10_000 {
+        let step = std::process::id().wrapping_add(NEXT.fetch_add(1, Ordering::Relaxed)) % 10_000;
+        let port = 20_000 + u16::try_from(step).expect("a small number");
+        let address = (Ipv4Addr::LOCALHOST, port);
+        if UdpSocket::bind(address).is_ok() && TcpListener::bind(address).is_ok() {
+            return port;
+        }
+    }
+    panic!("no free port from 20000 to 29999");
 }
 
 /// Returns the answer of a drive.

