@@ -7,7 +7,7 @@ use softdock_farm::ResultsFolder;
 use softdock_kernels::effects::{EFFECTS, EffectBlock, Null};
 use softdock_kernels::fields::{Field, fields};
 use softdock_kernels::metrics::{Metrics, Presence, flags};
-use softdock_kernels::params::Params;
+use softdock_kernels::params::{self, Params};
 use softdock_kernels::session::RULES;
 use softdock_results::{Table, TableReader};
 use std::fmt::Write as _;
@@ -89,7 +89,7 @@ Every parameter is a legal `target` of a dispersion, and an input column `in_...
     for field in fields::<f64, Params<f64>>() {
         let (least, most) = legal_range(&field.name);
         let range = format!("{} to {}", number(least), number(most));
-        let Field { name, unit, meaning } = &field;
+        let Field { name, unit, meaning, .. } = &field;
         row(&mut out, &[&format!("`{name}`"), &format!("`in_{}`", field.column()), unit, &cell(meaning), &range]);
     }
     out
@@ -113,7 +113,7 @@ Each metric has two columns: `space_...` and `hil_...`. A metric without a value
             Presence::Happened => "if the event happened",
             Presence::Tested => "with a test motion",
         };
-        let Field { name, unit, meaning } = &field;
+        let Field { name, unit, meaning, .. } = &field;
         row(&mut out, &[&format!("`{name}`"), &format!("`hil_{}`", field.column()), unit, &cell(meaning), when]);
     }
     out.push_str("\n## Flags\n\nBits of the column `flags`.\n\n");
@@ -151,7 +151,10 @@ are confounded in some data.
         header(&mut out, &["effect", "component", "name", "parameters (null value)", "group"]);
         for effect in EFFECTS.iter().filter(|effect| effect.block == block) {
             let named = effect.parameters.iter().map(|parameter| match parameter.null {
-                Null::Value(null) => format!("`{}` ({})", parameter.field, number(null)),
+                Null::OfRow => {
+                    let null = params::row_of(parameter.field).expect("a row of the table").null;
+                    format!("`{}` ({})", parameter.field, number(null))
+                }
                 Null::OwnDelay => format!("`{}` (the frame's own delay)", parameter.field),
                 Null::Any => format!("`{}` (-)", parameter.field),
             });

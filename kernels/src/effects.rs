@@ -12,6 +12,9 @@ mod sensor;
 mod set;
 mod space;
 
+use crate::model::Timing;
+use crate::params;
+
 pub use bench::BENCH_EFFECTS;
 pub use groups::{GROUPS, Group};
 pub use set::{EffectId, EffectSet};
@@ -43,11 +46,11 @@ pub enum EffectBlock {
 }
 
 /// The value of a parameter that removes its effect.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Null {
-    /// This number.
-    Value(f64),
-    /// The loop's own dead time, which no parameter can undercut ([`Timing::own_delay`](crate::model::Timing::own_delay)).
+    /// That of the parameter's row ([`Field::null`](crate::fields::Field::null)).
+    OfRow,
+    /// The loop's own dead time, which no parameter can undercut ([`Timing::own_delay`]).
     OwnDelay,
     /// None: the parameter shapes the effect (a speed, a frequency), and another one switches it on.
     Any,
@@ -128,6 +131,20 @@ pub const EFFECTS: &[Effect] = &{
     all
 };
 
+impl EffectParameter {
+    /// Returns the value that removes the effect from a loop of this timing; `None` for a parameter that shapes it.
+    ///
+    /// # Panics
+    /// If no parameter has this name.
+    pub fn null_value(&self, timing: &Timing) -> Option<f64> {
+        match self.null {
+            Null::OfRow => Some(params::row_of(self.field).expect("a parameter of the table").null),
+            Null::OwnDelay => Some(timing.own_delay()),
+            Null::Any => None,
+        }
+    }
+}
+
 impl Effect {
     /// Returns component and name (`gear: backlash`).
     pub fn words(&self) -> String {
@@ -169,14 +186,9 @@ const fn row(
     Row { id, group, component, name, parameters, source }
 }
 
-/// A parameter that removes its effect at 0.
+/// A parameter that removes its effect at its null value.
 const fn at(field: &'static str, scale: f64) -> EffectParameter {
-    EffectParameter { field, null: Null::Value(0.0), scale }
-}
-
-/// A limit, which removes its effect where nothing reaches it.
-const fn limit(field: &'static str, scale: f64) -> EffectParameter {
-    EffectParameter { field, null: Null::Value(crate::params::UNLIMITED), scale }
+    EffectParameter { field, null: Null::OfRow, scale }
 }
 
 /// A parameter that shapes its effect.
@@ -187,23 +199,15 @@ const fn shape(field: &'static str, scale: f64) -> EffectParameter {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fields::{fields, to_vec};
-    use crate::params::Params;
     use std::collections::BTreeSet;
 
     #[test]
     fn every_row_names_parameters_and_a_group_that_lists_it() {
-        let table = fields::<f64, Params<f64>>();
-        let null = to_vec(&Params::null());
         for effect in EFFECTS {
             let group = GROUPS.iter().find(|group| group.id == effect.group).expect(effect.group);
             assert!(group.members.contains(&effect.id), "{} is not in {}", effect.id, effect.group);
             for parameter in effect.parameters {
-                let index = table.iter().position(|field| field.name == parameter.field);
-                let index = index.unwrap_or_else(|| panic!("no parameter {}", parameter.field));
-                if let Null::Value(value) = parameter.null {
-                    assert_eq!(null[index], value, "the null parameters have {} off its null", parameter.field);
-                }
+                assert!(params::row_of(parameter.field).is_some(), "no parameter {}", parameter.field);
             }
         }
         let ids: BTreeSet<&str> = EFFECTS.iter().chain(BENCH_EFFECTS).map(|effect| effect.id).collect();

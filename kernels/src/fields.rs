@@ -4,10 +4,11 @@
 //! scalars (for buffers, lanes and the tracer) and the [`Field`] rows that name the WGSL struct
 //! members, the Parquet columns and the dispersible parameters.
 
+use crate::range::Range;
 use crate::real::Real;
 
 /// One scalar of a bundle, as buffers, WGSL structs and Parquet columns see it.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Field {
     /// Flat snake_case name, unique inside its bundle (`approach_offset_y`).
     pub name: String,
@@ -15,9 +16,20 @@ pub struct Field {
     pub unit: &'static str,
     /// What the number means, with its frame.
     pub meaning: &'static str,
+    /// The legal values; only what a user may write has some.
+    pub range: Option<Range>,
+    /// The value at which the number changes nothing.
+    pub null: f64,
+    /// The effect without which the number stays 0, by its catalogue id; `None` for a number that every run has.
+    pub effect: Option<&'static str>,
 }
 
 impl Field {
+    /// A number that every run has.
+    pub fn new(name: impl Into<String>, unit: &'static str, meaning: &'static str) -> Self {
+        Self { name: name.into(), unit, meaning, range: None, null: 0.0, effect: None }
+    }
+
     /// The name with its unit as a suffix, as Parquet columns are called (`target_mass_kg`).
     pub fn column(&self) -> String {
         match unit_suffix(self.unit) {
@@ -101,6 +113,13 @@ pub trait Bundle<R>: Sized {
         R: Real;
 }
 
+/// The bare name of a bundle's type, as its WGSL struct is called.
+pub fn bundle_name<B>() -> &'static str {
+    let path = std::any::type_name::<B>();
+    let bare = path.split('<').next().unwrap_or(path);
+    bare.rsplit("::").next().unwrap_or(bare)
+}
+
 /// The rows of a bundle's field table.
 pub fn fields<R, B: Bundle<R>>() -> Vec<Field> {
     let mut out = Vec::new();
@@ -137,7 +156,7 @@ macro_rules! leaf {
     ($ty:ty, [$($suffix:literal => $($part:tt).+),*]) => {
         impl<R: Copy> Bundle<R> for $ty {
             fn describe(name: &str, unit: &'static str, meaning: &'static str, out: &mut Vec<Field>) {
-                $(out.push(Field { name: join(name, $suffix), unit, meaning });)*
+                $(out.push(Field::new(join(name, $suffix), unit, meaning));)*
             }
             #[inline(always)]
             fn read(source: &mut impl Source<R>) -> Self {
@@ -212,7 +231,7 @@ macro_rules! scalar_bundle {
     ($([$($generic:tt)*])? $ty:ty) => {
         impl $(<$($generic)*>)? $crate::fields::Bundle<$ty> for $ty {
             fn describe(name: &str, unit: &'static str, meaning: &'static str, out: &mut Vec<$crate::fields::Field>) {
-                out.push($crate::fields::Field { name: name.to_owned(), unit, meaning });
+                out.push($crate::fields::Field::new(name, unit, meaning));
             }
             #[inline(always)]
             fn read(source: &mut impl $crate::fields::Source<$ty>) -> Self {
@@ -230,15 +249,36 @@ macro_rules! scalar_bundle {
     };
 }
 
+/// Gives described numbers their legal values.
+pub fn keep_within(range: Range, described: &mut [Field]) {
+    described.iter_mut().for_each(|field| field.range = Some(range));
+}
+
+/// Gives described numbers the value at which they change nothing.
+pub fn change_nothing_at(null: f64, described: &mut [Field]) {
+    described.iter_mut().for_each(|field| field.null = null);
+}
+
+/// Names the effects of described numbers: each effect has an equal share of them, in order.
+pub fn belong_to(effects: &[&'static str], described: &mut [Field]) {
+    let share = described.len() / effects.len();
+    for (index, field) in described.iter_mut().enumerate() {
+        field.effect = effects.get(index / share).copied();
+    }
+}
+
 /// Declares a bundle: `name: type, unit, meaning;` per field.
 ///
+/// What a user may write has its range before the meaning, `in Range::within(0.0, 1.0)`, and `null 1.0` if it changes nothing
+/// at another value than 0. A field that stays 0 without an effect ends by `, of "K10_fixture"`; the elements of a list may have one each.
 /// The struct is generic over the scalar `R` and, with `<N>`, over the number of arm joints.
 #[macro_export]
 macro_rules! bundle {
     (
         $(#[$doc:meta])*
         $name:ident $(<$n:ident>)? {
-            $($field:ident : $ty:ty, $unit:literal, $meaning:literal;)*
+            $($field:ident : $ty:ty, $unit:literal $(, in $range:expr)? $(, null $null:expr)?, $meaning:literal
+                $(, of $($effect:literal),+)?;)*
         }
     ) => {
         $(#[$doc])*
@@ -249,8 +289,16 @@ macro_rules! bundle {
 
         impl<R: Copy + $crate::fields::Bundle<R> $(, const $n: usize)?> $crate::fields::Bundle<R> for $name<R $(, $n)?> {
             fn describe(name: &str, _unit: &'static str, _meaning: &'static str, out: &mut Vec<$crate::fields::Field>) {
-                $(<$ty as $crate::fields::Bundle<R>>::describe(
-                    &$crate::fields::join(name, stringify!($field)), $unit, $meaning, out);)*
+                $(
+                    let _first = out.len();
+                    <$ty as $crate::fields::Bundle<R>>::describe(
+                        &$crate::fields::join(name, stringify!($field)), $unit, $meaning, out);
+                    $($crate::fields::keep_within($range, &mut out[_first..]);)?
+                    $($crate::fields::change_nothing_at($null, &mut out[_first..]);)?
+                    $(
+                        $crate::fields::belong_to(&[$($effect),+], &mut out[_first..]);
+                    )?
+                )*
             }
             #[inline(always)]
             fn read(source: &mut impl $crate::fields::Source<R>) -> Self {

@@ -6,26 +6,27 @@
 mod arms;
 pub mod facility;
 mod facility_lanes;
+pub mod functions;
 mod kept;
+pub mod lane_state;
 mod runs;
 pub mod single;
-pub mod tile_state;
 
 use crate::compensator::Compensation;
-use crate::contact::{Pair, Point, hil_pair, space_pair};
+use crate::contact::{Pair, Point, space_pair};
 use crate::delay_line::Line;
 use crate::fields::Bundle;
 use crate::impedance::Admittance;
 use crate::lanes::Lane;
-use crate::load::{Load, loaded};
+use crate::load::Load;
 use crate::monitor::{self, Touch, Watch};
 use crate::outcome::Signals;
 use crate::params::Params;
 use crate::plant::Plant;
-use crate::robot::Robots;
+use crate::robot::{LinkCounts, Robots};
 use crate::sensor::Sensor;
 use crate::session::Session;
-use crate::space::{Actuation, Bodies, Kinematics, Masses, Parts, Wrench, hil_masses, settle_in_place, space_masses};
+use crate::space::{Actuation, Bodies, Kinematics, Masses, Parts, Wrench, settle_in_place, space_masses};
 use crate::staged::{
     advance_in_place, command, contact_point, feed_back, followed, guide, in_place, kinematics, latch, metrics,
     set_where, start, update_kinematics,
@@ -97,8 +98,7 @@ struct FacilityLanes<L: Lane> {
     load: Load<L>,
     held: Wrench<L>,
     compensation: Compensation<L>,
-    lost: L,
-    dropped: L,
+    link: LinkCounts<L>,
     tracking: Tracking<L>,
     admittance: Admittance<L>,
     session: Session<L>,

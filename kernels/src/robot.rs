@@ -33,8 +33,16 @@ bundle! {
     Robots {
         robot1: Axes<R>, "1", "robot 1 with part A, on the rail";
         robot2: Axes<R>, "1", "robot 2 with part B";
-        fixture: Fixture<R>, "1", "part B's mount on robot 2";
+        fixture: Fixture<R>, "1", "part B's mount on robot 2", of "K10_fixture";
         limited: R, "1", "1 once a robot has met a speed limit";
+    }
+}
+
+bundle! {
+    /// Lost commands of a run; written by the frame when it sends.
+    LinkCounts {
+        lost: R, "1", "commands lost in a row";
+        dropped: R, "1", "1 once one was lost";
     }
 }
 

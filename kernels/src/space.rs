@@ -44,7 +44,7 @@ bundle! {
         chaser: Body<R>, "1", "base and arm together";
         arm: Arm<R, N>, "1", "joints";
         target: Body<R>, "1", "target, with what sways in it";
-        sway: [Sway<R>; MODES], "1", "hidden modes of the target: slosh, then the appendage";
+        sway: [Sway<R>; MODES], "1", "hidden modes of the target: slosh, then the appendage", of "P2_slosh", "P3_appendage";
         impulse: Vec3<R>, "N s", "external impulse so far (thrust, test field)";
         moment_impulse: Vec3<R>, "kg m^2/s", "external moment impulse so far, about the origin";
     }

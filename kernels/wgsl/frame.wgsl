@@ -35,19 +35,7 @@ var<private> lane: u32;
 var<private> run: vec2u;
 var<private> tick: u32;
 var<private> p: Params;
-var<private> space: Bodies;
-var<private> space_watch: Watch;
-var<private> hil: Bodies;
-var<private> hil_watch: Watch;
-var<private> robot: Robots;
-var<private> sensed: Sensor;
-var<private> held: Wrench;
-var<private> load: Load;
-var<private> session: Session;
-var<private> compensation: Compensation;
-var<private> link: Vec3; // x: commands lost in a row, y: 1 once one was lost
-var<private> tracking: Tracking;
-var<private> admittance: Admittance;
+// What a lane keeps from tick to tick is declared behind the structs, from the table of `frame/lane_state.rs`.
 
 fn zero_wrench() -> Wrench {
     return Wrench(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
@@ -112,11 +100,11 @@ fn send_command(reference: Parts) -> f32 {
     }
     let draws = uniforms(run, tick, LINK);
     if (draws.z < p.drop_probability && tick > 0u) {
-        put_command(tick % SLOTS, substitute(get_command((tick + SLOTS - 1u) % SLOTS), link.x));
-        link = Vec3(link.x + 1.0, 1.0, 0.0);
+        put_command(tick % SLOTS, substitute(get_command((tick + SLOTS - 1u) % SLOTS), link.lost));
+        link = LinkCounts(link.lost + 1.0, 1.0);
     } else {
         put_command(tick % SLOTS, sent);
-        link.x = 0.0;
+        link.lost = 0.0;
     }
     return normals(draws.x, draws.y).first * p.delay_jitter;
 }
@@ -284,7 +272,7 @@ fn reset() {
     held = zero_wrench();
     compensation = new_compensation();
     session = new_session();
-    link = Vec3();
+    link = LinkCounts();
     tracking = no_tracking();
     admittance = no_admittance();
     tick = 0u;

@@ -1,11 +1,5 @@
 // Robots joint by joint: controllers once a tick, drives and links every substep, pushed by the contact.
 
-var<private> drives_a: Drives;
-var<private> drives_b: Drives;
-var<private> set_a: SetPoint;
-var<private> set_b: SetPoint;
-var<private> push: Wrench;
-
 // The controllers take a tick's command.
 fn take_command(reference: Parts) {
     set_a = set_point1(p, drives_a, set_a, reference);

@@ -5,7 +5,7 @@ use super::lanes::six_joints;
 use super::stability::{growth, spring};
 use rayon::prelude::*;
 use softdock_kernels::fields::to_vec;
-use softdock_kernels::frame::tile_state::state_fields;
+use softdock_kernels::frame::lane_state::state_fields;
 use softdock_kernels::frame::{Batch, Tile};
 use softdock_kernels::metrics::Metrics;
 use softdock_kernels::model::{Compensator, CompensatorKind, Model};

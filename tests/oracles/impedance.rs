@@ -2,7 +2,7 @@
 
 use super::bench::{job, two_bodies};
 use nalgebra::{Complex, Matrix6, Vector6};
-use softdock_kernels::frame::tile_state::state_fields;
+use softdock_kernels::frame::lane_state::state_fields;
 use softdock_kernels::frame::{Batch, Tile};
 use softdock_kernels::impedance::{no_admittance, step_admittance};
 use softdock_kernels::model::{ImpedanceLaw, Model};

@@ -5,7 +5,7 @@ use super::lanes::six_joints;
 use softdock_engine::Engine;
 use softdock_engine::Job;
 use softdock_engine::cpu::CpuEngine;
-use softdock_kernels::effects::{EFFECTS, Effect, EffectParameter, EffectSet, Null};
+use softdock_kernels::effects::{EFFECTS, Effect, EffectParameter, EffectSet};
 use softdock_kernels::fields::{fields, from_slice, to_vec};
 use softdock_kernels::manipulator::cell::Feedforward;
 use softdock_kernels::metrics::Metrics;
@@ -102,12 +102,8 @@ fn bits(metrics: &Metrics<f64>) -> Vec<u64> {
 
 #[test]
 fn an_effect_at_its_null_value_changes_no_bit() {
-    let own = model().timing.own_delay();
-    let null = |parameter: &EffectParameter| match parameter.null {
-        Null::Value(value) => value,
-        Null::OwnDelay => own,
-        Null::Any => parameter.scale,
-    };
+    let timing = model().timing;
+    let null = |parameter: &EffectParameter| parameter.null_value(&timing).unwrap_or(parameter.scale);
     let params: Vec<_> =
         std::iter::once(plain()).chain(EFFECTS.iter().map(|effect| with(plain(), effect.parameters, null))).collect();
     let quiet = made(&job(model(), &params), &params);

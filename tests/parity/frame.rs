@@ -9,7 +9,8 @@ use softdock_engine::gpu::GpuEngine;
 use softdock_kernels::delay_line::{line_places, line_slots};
 use softdock_kernels::fields::{Field, fields, from_slice, join, to_vec};
 use softdock_kernels::frame::Tile;
-use softdock_kernels::frame::tile_state::{FrameFunction, LaneState, frame_functions, state_fields};
+use softdock_kernels::frame::functions::{FrameFunction, frame_functions};
+use softdock_kernels::frame::lane_state::{LaneState, state_fields};
 use softdock_kernels::plant::Plant;
 use softdock_kernels::quads::{self, quads, word};
 use softdock_kernels::robot::commands_poses;
@@ -217,7 +218,7 @@ fn names<const N: usize>(kernel: &Kernel, call: &Call, plant: &Plant, lane: &Lan
     };
     let mut out = state_fields::<N>(plant);
     for result in call.results {
-        let one = vec![Field { name: String::new(), unit: "1", meaning: "" }];
+        let one = vec![Field::new("", "1", "")];
         let structure = kernel.structs.iter().find(|s| s.name == *result);
         out.extend(named("result", structure.map_or(one, |s| s.fields.clone())));
     }

@@ -22,8 +22,7 @@ fn random_program(number: usize) -> Function {
     let mut whole = |below: f64| (draws.uniform() * below) as usize;
     let steps: Vec<Step> =
         (0..8 + whole(32.0)).map(|_| (whole(256.0) as u8, whole(1e6), whole(1e6), whole(1e6))).collect();
-    let scalar =
-        || Struct { name: "f32".to_owned(), fields: vec![Field { name: String::new(), unit: "1", meaning: "" }] };
+    let scalar = || Struct { name: "f32".to_owned(), fields: vec![Field::new("", "1", "")] };
     Function {
         name: format!("program{number}"),
         arguments: ["x", "y", "z"].map(|name| (name.to_owned(), scalar())).to_vec(),

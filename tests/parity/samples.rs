@@ -5,7 +5,7 @@ use softdock_kernels::contact::PointContact;
 use softdock_kernels::contact::{LatchState, Point, contact_point, hil_pair, latch, space_pair};
 use softdock_kernels::effects::EFFECTS;
 use softdock_kernels::fields::{Bundle, Field, fields, from_slice, to_vec};
-use softdock_kernels::frame::tile_state::{LaneState, state_fields};
+use softdock_kernels::frame::lane_state::{LaneState, state_fields};
 use softdock_kernels::frame::{Batch, Loops, Tile};
 use softdock_kernels::guidance::guide;
 use softdock_kernels::impedance::Admittance;

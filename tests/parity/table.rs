@@ -8,7 +8,7 @@ use softdock_kernels::compensator::{self, Compensation};
 use softdock_kernels::contact::{self, LatchState, Pair, Point, PointContact};
 use softdock_kernels::fields::{Bundle, from_slice, to_vec};
 use softdock_kernels::fixture;
-use softdock_kernels::frame::tile_state::frame_functions;
+use softdock_kernels::frame::functions::frame_functions;
 use softdock_kernels::guidance;
 use softdock_kernels::impedance::{self, Admittance};
 use softdock_kernels::joint_level;

@@ -128,7 +128,7 @@ impl<'a> Reader<'a> {
         for link in &self.robot.links {
             let (mass, tensor) = (link.inertial.mass.value, inertia(link));
             let bare = mass == 0.0 && tensor == Sym3::splat(0.0);
-            if !(mass.is_finite() && (mass > 0.0 || bare) && mass <= crate::ranges::MASS) {
+            if !(mass.is_finite() && (mass > 0.0 || bare) && mass <= softdock_kernels::range::MASS) {
                 let remedy = "write a mass above 0 kg, or leave out <inertial> for a frame without mass";
                 self.refuse("link", &link.name, "mass", format!("link `{}` has the mass {mass} kg", link.name), remedy);
             } else if !bare && let Some(fault) = fault(tensor) {
@@ -308,7 +308,11 @@ fn inertia(link: &urdf_rs::Link) -> Sym3<f64> {
 }
 
 fn finite(origin: &urdf_rs::Pose) -> bool {
-    origin.xyz.iter().chain(origin.rpy.iter()).all(|number| number.is_finite() && number.abs() < crate::ranges::LENGTH)
+    origin
+        .xyz
+        .iter()
+        .chain(origin.rpy.iter())
+        .all(|number| number.is_finite() && number.abs() < softdock_kernels::range::LENGTH)
 }
 
 fn pose(origin: &urdf_rs::Pose) -> Pose<f64> {

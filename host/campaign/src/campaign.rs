@@ -156,7 +156,7 @@ pub struct Campaign {
 impl Campaign {
     /// What expressions may name: the parameters and, behind them, the campaign's variables.
     pub(crate) fn fields(&self) -> Vec<Field> {
-        let variable = |name: &String| Field { name: name.clone(), unit: "1", meaning: "variable of the campaign" };
+        let variable = |name: &String| Field::new(name, "1", "variable of the campaign");
         fields::<f64, Params<f64>>().into_iter().chain(self.variables.iter().map(variable)).collect()
     }
 

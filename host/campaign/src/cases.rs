@@ -8,12 +8,13 @@
 //! where the table has no column for it.
 
 use crate::problem::{Problem, Problems};
-use crate::ranges::{MOST_RUNS, Range, legal};
+use crate::ranges::{MOST_RUNS, in_words, legal};
 use crate::source::Source;
 use crate::suggest::suggestion;
 use crate::units::show;
 use softdock_kernels::fields::{Field, fields};
 use softdock_kernels::params::Params;
+use softdock_kernels::range::Range;
 use std::ops::Range as Span;
 use std::path::Path;
 use std::sync::Arc;
@@ -290,7 +291,7 @@ impl Raw {
         match meaning {
             Meaning::Input(field) => {
                 let field = &fields::<f64, Params<f64>>()[field];
-                format!("write a number {}, or remove the row", legal(&field.name).words(field.unit))
+                format!("write a number {}, or remove the row", in_words(legal(&field.name), field.unit))
             }
             _ => format!("write a whole number in column `{}`, or remove the row", self.headers[column]),
         }
@@ -330,7 +331,7 @@ impl Raw {
                     }
                     Meaning::Input(field) => {
                         let (field, range) = (&table[*field], legal(&table[*field].name));
-                        let words = range.words(field.unit);
+                        let words = in_words(range, field.unit);
                         let message = if value.is_finite() { "is out of range" } else { "is not a finite number" };
                         (!holds(&range, *value)).then_some((message, words))
                     }

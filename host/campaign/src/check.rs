@@ -1,13 +1,14 @@
 //! From values as written to numbers in SI: units, ranges and lengths of lists, every problem noted.
 
 use crate::problem::{LISTED, Problem};
-use crate::ranges::{ANGLE, INERTIA, LENGTH, Range, legal};
+use crate::ranges::{in_words, legal};
 use crate::source::Source;
 use crate::units::{UnitError, noun, quantity, show, suggestions};
 use crate::written::scenario::InertiaTable;
 use crate::written::{At, Quantities, Quantity, Scalar};
 use softdock_kernels::fields::fields;
 use softdock_kernels::params::Params;
+use softdock_kernels::range::{ANGLE, INERTIA, LENGTH, Range};
 use softdock_kernels::vector::{Pose, Quat, Sym3, Vec3, vec3};
 use std::ops::Range as Span;
 
@@ -44,7 +45,7 @@ impl Checker {
         if let Scalar::Text(text) = scalar
             && text == FILL_IN
         {
-            let allowed = range.words(unit);
+            let allowed = in_words(range, unit);
             let example = show_example(if range.contains(1.5) { "1.5" } else { "0.5" }, unit);
             self.refuse_open(span, &allowed, format!("write a value {allowed}, as in {example}"));
             return harmless;
@@ -58,7 +59,7 @@ impl Checker {
         match value {
             Ok(value) if range.contains(value) => value,
             Ok(value) => {
-                let allowed = range.words(unit);
+                let allowed = in_words(range, unit);
                 let shown = show(value, unit);
                 let problem = Problem::at(&self.source, span.clone(), format!("{shown} is out of range"))
                     .expected(allowed.clone())
@@ -126,11 +127,6 @@ impl Checker {
     /// The nominal value of a parameter in SI, or `default` without one; a value out of range is a problem.
     pub(crate) fn parameter_or(&mut self, written: &Option<Quantity>, field: &str, default: f64) -> f64 {
         written.as_ref().map_or(default, |written| self.parameter(written, field))
-    }
-
-    /// The nominal value of a vector parameter; default zero.
-    pub(crate) fn parameter_vector(&mut self, written: &Option<Quantities>, field: &str) -> Vec3<f64> {
-        self.vector_or_zero(written, unit_of(&format!("{field}_x")), legal(field))
     }
 
     /// A list of exactly `count` numbers.
@@ -268,3 +264,45 @@ pub(crate) fn from_roll_pitch_yaw(rpy: Vec3<f64>) -> Quat<f64> {
     let yaw = about(rpy.z, vec3(0.0, 0.0, 1.0));
     yaw.compose(pitch).compose(roll).normalized()
 }
+
+/// What a key may hold for a parameter: a number, or a vector.
+pub(crate) trait OfParameter<T> {
+    /// Takes the value of a parameter, in the unit and range of its row; without one the parameter stays as it is.
+    fn take(&self, c: &mut Checker, field: &str, parameter: &mut T);
+}
+
+impl OfParameter<f64> for Quantity {
+    fn take(&self, c: &mut Checker, field: &str, parameter: &mut f64) {
+        *parameter = c.parameter(self, field);
+    }
+}
+
+impl OfParameter<f64> for Option<Quantity> {
+    fn take(&self, c: &mut Checker, field: &str, parameter: &mut f64) {
+        *parameter = c.parameter_or(self, field, *parameter);
+    }
+}
+
+impl OfParameter<Vec3<f64>> for Option<Quantities> {
+    fn take(&self, c: &mut Checker, field: &str, parameter: &mut Vec3<f64>) {
+        if let Some(written) = self {
+            *parameter = c.vector(written, unit_of(&format!("{field}_x")), legal(field));
+        }
+    }
+}
+
+/// Takes parameters from keys: `parameter = key;`, each in the unit and range of its row. A key that is not written leaves
+/// its parameter as it is: at its null value, until something else has given it another.
+///
+/// Those of one robot's drives are named with the robot: `take_parameters!(c, p, "robot1"; ...)`.
+macro_rules! take_parameters {
+    ($c:expr, $p:expr; $($field:ident = $written:expr;)*) => {
+        $($crate::check::OfParameter::take(&$written, $c, stringify!($field), &mut $p.$field);)*
+    };
+    ($c:expr, $p:expr, $robot:expr; $($field:ident = $written:expr;)*) => {
+        $($crate::check::OfParameter::take(
+            &$written, $c, &format!("{}_{}", $robot, stringify!($field)), &mut $p.$field);)*
+    };
+}
+
+pub(crate) use take_parameters;

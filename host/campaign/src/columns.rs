@@ -1,10 +1,10 @@
 //! A column of a recording as a model file's `[log]` names it: its unit, and what turns it into SI.
 
 use crate::check::{Checker, FILL_IN};
-use crate::ranges::Range;
 use crate::units::{UnitError, noun, quantity, suggestions};
 use crate::written::At;
 use crate::written::robot::LogTable;
+use softdock_kernels::range::Range;
 
 /// A column and what turns it into SI: `factor * column + offset`.
 #[derive(Clone, Debug, PartialEq)]

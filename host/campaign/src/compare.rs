@@ -5,13 +5,14 @@ use crate::derived::Derived;
 use crate::dispersion::Dispersion;
 use crate::distribution::Distribution;
 use crate::expression::{self, Expression};
-use crate::ranges::{Range, legal};
+use crate::ranges::legal;
 use crate::suggest::suggestion;
 use crate::written::At;
 use crate::written::campaign::CampaignFile;
 use crate::written::compare::{CompareTable, MapTable};
 use softdock_kernels::fields::{Field, fields};
 use softdock_kernels::metrics::Metrics;
+use softdock_kernels::range::Range;
 
 /// Bands and cells unless the file states another.
 const BANDS: usize = 8;

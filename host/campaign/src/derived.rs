@@ -3,7 +3,7 @@
 use crate::check::Checker;
 use crate::dispersion::{Dispersion, find};
 use crate::expression::{self, Bounds, Expression};
-use crate::ranges::legal;
+use crate::ranges::{in_words, legal};
 use crate::units::show;
 use crate::written::campaign::DerivedTable;
 use softdock_kernels::fields::{Field, from_slice};
@@ -121,7 +121,7 @@ pub(crate) fn bounds(c: &mut Checker, derived: &[Derived], bounds: &mut [Bounds]
                 show(of.least, unit),
                 show(of.greatest, unit)
             );
-            let words = range.words(unit);
+            let words = in_words(range, unit);
             c.refuse(&derived.place, message, format!("bound it with max(..., ...) and min(..., ...): {words}"));
         }
     }

@@ -2,7 +2,7 @@
 
 use crate::check::{Checker, span_of};
 use crate::distribution::{Distribution, kept_share};
-use crate::ranges::{Range, legal, vector_name};
+use crate::ranges::{in_words, legal, vector_name};
 use crate::source::Source;
 use crate::suggest::nearest;
 use crate::units::{noun, quantity, show, suggestions};
@@ -11,6 +11,7 @@ use crate::written::{At, Quantity};
 use nalgebra::DMatrix;
 use softdock_kernels::fields::{Field, fields};
 use softdock_kernels::params::Params;
+use softdock_kernels::range::Range;
 use std::ops::Range as Span;
 
 /// Whether a value varies or is only unknown.
@@ -173,7 +174,7 @@ impl DispersionReader<'_> {
             self.c.refuse(&written.span, message, remedy);
             return None;
         }
-        self.fields.push(Field { name: name.to_owned(), unit: "1", meaning: "variable of the campaign" });
+        self.fields.push(Field::new(name, "1", "variable of the campaign"));
         Some(self.fields.len() - 1)
     }
 
@@ -255,7 +256,7 @@ impl DispersionReader<'_> {
                 show(least, unit),
                 show(greatest, unit)
             );
-            let remedy = format!("use kind = \"truncnormal\" with min and max ({})", range.words(unit));
+            let remedy = format!("use kind = \"truncnormal\" with min and max ({})", in_words(range, unit));
             self.c.refuse(span, message, remedy);
         }
     }

@@ -6,7 +6,7 @@ use crate::derived::with_derived;
 use crate::dispersion::{Class, Dispersion};
 use crate::distribution::Distribution;
 use crate::problem::{Problem, Problems};
-use crate::ranges::legal;
+use crate::ranges::{in_words, legal};
 use crate::stability::Extremes;
 use crate::units::show;
 use softdock_kernels::fields::{fields, from_slice, to_vec};
@@ -105,7 +105,7 @@ impl Campaign {
                         derived.text,
                         show(value, derived.unit)
                     );
-                    let words = range.words(derived.unit);
+                    let words = in_words(range, derived.unit);
                     let remedy = format!("add a column `{}` with values {words}, or change the row", derived.name);
                     problems.push(Problem::with_file(cases.path().to_owned(), message).expected(words).remedy(remedy));
                 }

@@ -2,7 +2,7 @@
 
 use crate::check::Checker;
 use crate::distribution::normal_quantile;
-use crate::ranges::{Range, legal, legal_range};
+use crate::ranges::{in_words, legal, legal_range};
 use crate::suggest::suggestion;
 use crate::units::show;
 use crate::written::effect::EffectTable;
@@ -11,6 +11,7 @@ use softdock_kernels::effects::{BENCH_EFFECTS, DICTIONARY, EFFECTS};
 use softdock_kernels::fields::{Bundle, fields, from_slice, to_vec};
 use softdock_kernels::params::Params;
 use softdock_kernels::philox::uniform;
+use softdock_kernels::range::Range;
 
 /// An effect of a scenario's facility.
 #[derive(Clone, Debug, PartialEq)]
@@ -66,7 +67,7 @@ pub(crate) fn identified_effects(
             let (field, range) = (&table[*place], legal(&table[*place].name));
             if !range.contains(values[*place]) {
                 let message = format!("{} is out of range", show(values[*place], field.unit));
-                c.refuse(&quantity.span, message, format!("write a value {}", range.words(field.unit)));
+                c.refuse(&quantity.span, message, format!("write a value {}", in_words(range, field.unit)));
             }
         }
         let factor = factor(c, effect, places.len());

@@ -10,7 +10,7 @@ use crate::identified::IdentifiedEffect;
 use crate::metric;
 use crate::no_effect::{self, IneffectiveKey};
 use crate::problem::{Problem, Problems};
-use crate::ranges::{MOST_RUNS, Range};
+use crate::ranges::MOST_RUNS;
 use crate::read;
 use crate::requirement;
 use crate::scenario::Scenario;
@@ -22,6 +22,7 @@ use crate::written::campaign::{CampaignFile, ExecutionTable, TracesTable};
 use softdock_kernels::fields::{fields, from_slice};
 use softdock_kernels::model::Timing;
 use softdock_kernels::params::Params;
+use softdock_kernels::range::Range;
 use std::path::{Path, PathBuf};
 
 /// Format that this version reads.

@@ -136,7 +136,7 @@ pub fn custom_values(
 
 /// Checks the custom metrics of a campaign file.
 pub(crate) fn read(c: &mut Checker, tables: &[MetricTable]) -> Vec<CustomMetric> {
-    let mass = Field { name: EFFECTIVE_MASS.to_owned(), unit: "kg", meaning: "effective mass at first touch" };
+    let mass = Field::new(EFFECTIVE_MASS, "kg", "effective mass at first touch");
     let known = fields::<f64, Metrics<f64>>().into_iter().chain([mass]).chain(fields::<f64, Params<f64>>());
     let mut names: Vec<(String, String)> = known.map(|field| (field.name, field.unit.to_owned())).collect();
     let mut own: Vec<CustomMetric> = Vec::new();

@@ -2,10 +2,10 @@
 
 use crate::check::Checker;
 use crate::inertia::fault;
-use crate::ranges::{LENGTH, MASS, Range};
 use crate::written::At;
 use crate::written::joint_level::{MountTable, PayloadTable};
 use softdock_kernels::manipulator::cell::{Mount, Payload};
+use softdock_kernels::range::{LENGTH, MASS, Range};
 use softdock_kernels::vector::{Sym3, Vec3};
 
 /// Base, tool and payload of a robot, as its table states them.

@@ -1,11 +1,11 @@
 //! Parts that overlap at the start: refused where every run would be invalid at once.
 
 use crate::check::Checker;
-use crate::ranges::LENGTH;
 use crate::written::scenario::ScenarioFile;
 use softdock_kernels::contact::overlap::{Overlap, deepest_overlap, retreat, start_parts};
 use softdock_kernels::model::Model;
 use softdock_kernels::plant::Plant;
+use softdock_kernels::range::LENGTH;
 
 /// Steps in which a gap is proposed \[m\].
 const GAP_STEP: f64 = 1e-4;
@@ -57,7 +57,7 @@ pub(crate) fn refuse(c: &mut Checker, file: &ScenarioFile, model: &Model) {
     let stated = [&file.base.position, &file.base.rotation].into_iter().flatten().next();
     let (span, remedy) = match (&file.start.gap, stated, back) {
         (Some(gap), _, Some(back)) => {
-            let written = c.number(gap, "m", crate::ranges::Range::size(LENGTH));
+            let written = c.number(gap, "m", softdock_kernels::range::Range::size(LENGTH));
             let least = ((written + back) / GAP_STEP - EXCESS).ceil() * GAP_STEP;
             (gap.span.clone(), format!("write gap = \"{}\" or more: then no parts overlap", millimetres(least)))
         }

@@ -2,10 +2,10 @@
 
 use crate::check::{Checker, span_of};
 use crate::metric::{CustomMetric, MetricRef};
-use crate::ranges::Range;
 use crate::suggest::suggestion;
 use crate::units::show;
 use crate::written::campaign::RequirementTable;
+use softdock_kernels::range::Range;
 
 pub use crate::metric::SUCCESS;
 

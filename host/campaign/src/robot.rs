@@ -8,7 +8,6 @@ pub use log::{Channel, LogSignal, Quantity, SIGNALS};
 use crate::check::Checker;
 use crate::inertia::fault;
 use crate::problem::Problems;
-use crate::ranges::{ANGLE, DAMPING, FORCE, LENGTH, MASS, RATE, Range, STIFFNESS};
 use crate::read;
 use crate::source::Source;
 use crate::written::robot::{
@@ -19,6 +18,7 @@ use softdock_kernels::manipulator::{
     Capsule, Counterweight, DhRow, Drive, Friction, GRAVITY, Joint, JointLimits, MAX_CAPSULES, Manipulator, RobotRating,
 };
 use softdock_kernels::model::{Link, MAX_JOINTS};
+use softdock_kernels::range::{ANGLE, DAMPING, FORCE, LENGTH, MASS, RATE, Range, STIFFNESS};
 use softdock_kernels::segment::Segment;
 use softdock_kernels::vector::{Pose, Sym3, Vec3, vec3};
 use std::path::Path;

@@ -8,12 +8,11 @@ mod facility;
 mod impedance;
 mod joint_level;
 
-use crate::check::Checker;
+use crate::check::{Checker, take_parameters};
 use crate::identified::{IdentifiedEffect, identified_effects};
 use crate::overlap;
 use crate::placement::{base_from_tool, end_frame};
 use crate::problem::{Problem, Problems};
-use crate::ranges::{ANGLE, FORCE, LENGTH, Range, SPEED};
 use crate::read;
 use crate::source::Source;
 use crate::stability::{Extremes, faults};
@@ -24,6 +23,7 @@ use crate::written::scenario::{ScenarioFile, StartTable, TaskTable, TimingTable}
 use bodies::Bodies;
 use softdock_kernels::model::{Guidance, Model, Task, Timing};
 use softdock_kernels::params::Params;
+use softdock_kernels::range::{ANGLE, FORCE, LENGTH, Range, SPEED};
 use softdock_kernels::vector::{Quat, Vec3};
 use std::ops::Range as Span;
 use std::path::Path;
@@ -296,12 +296,14 @@ fn whole_steps(c: &mut Checker, written: Option<&Quantity>, period: f64, step: f
 }
 
 fn start(c: &mut Checker, table: &StartTable, p: &mut Params<f64>) {
-    p.closing_speed = c.parameter(&table.closing_speed, "closing_speed");
-    p.drift = c.parameter_vector(&table.drift, "drift");
-    p.offset = c.parameter_vector(&table.offset, "offset");
-    p.tilt = c.parameter_vector(&table.tilt, "tilt");
-    p.chaser_rate = c.parameter_vector(&table.chaser_rate, "chaser_rate");
-    p.target_rate = c.parameter_vector(&table.target_rate, "target_rate");
+    take_parameters!(c, p;
+        closing_speed = table.closing_speed;
+        drift = table.drift;
+        offset = table.offset;
+        tilt = table.tilt;
+        chaser_rate = table.chaser_rate;
+        target_rate = table.target_rate;
+    );
 }
 
 fn task(c: &mut Checker, table: &TaskTable, has_latch: bool, station: Option<&Station>) -> Task {

@@ -3,7 +3,6 @@
 use crate::check::Checker;
 use crate::mount::mount;
 use crate::problem::Problems;
-use crate::ranges::{ANGLE, FORCE, LENGTH, MASS, RATE, Range, SPEED};
 use crate::read;
 use crate::robot::Robot;
 use crate::source::Source;
@@ -14,6 +13,7 @@ use crate::written::station::{
 use softdock_kernels::manipulator::cell::{AXES, Carriage, Feedforward, Mount, Servo};
 use softdock_kernels::manipulator::{Drive, Friction, Joint, JointLimits, Manipulator, VelocityLoop};
 use softdock_kernels::model::{AxisRange, JointLevel, KeepOut, Link, MAX_KEEP_OUT, SessionRobots, SessionRules};
+use softdock_kernels::range::{ANGLE, FORCE, LENGTH, MASS, RATE, Range, SPEED};
 use softdock_kernels::vector::{Pose, Quat, Sym3, Vec3};
 use std::path::Path;
 

@@ -1,10 +1,11 @@
 //! Tables of measured values: one named column of a CSV file.
 
 use crate::problem::{Problem, Problems};
-use crate::ranges::Range;
+use crate::ranges::in_words;
 use crate::source::Source;
 use crate::suggest::suggestion;
 use crate::units::{quantity, show};
+use softdock_kernels::range::Range;
 
 /// The column's values in SI, ascending; `unit` is the column's unit as written, `si` that of the parameter.
 pub(crate) fn column(source: &Source, name: &str, unit: &str, si: &str, range: Range) -> Result<Vec<f64>, Problems> {
@@ -30,7 +31,7 @@ pub(crate) fn column(source: &Source, name: &str, unit: &str, si: &str, range: R
         // The unit was checked by the caller, so that it can only be the number that fails here.
         let value = quantity(&format!("{number:e} {unit}"), si).unwrap_or(f64::NAN);
         if !range.contains(value) {
-            let remedy = format!("write values {}", range.words(si));
+            let remedy = format!("write values {}", in_words(range, si));
             return Err(refuse(line, text, format!("{} is out of range", show(value, si)), remedy));
         }
         values.push(value);

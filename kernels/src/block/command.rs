@@ -9,7 +9,7 @@ use super::low_pass::LowPass;
 use super::stairs::stepped;
 use crate::bundle;
 use crate::fields::filled;
-use crate::params::UNLIMITED;
+use crate::range::UNLIMITED;
 use crate::real::Real;
 
 bundle! {

@@ -9,7 +9,7 @@ use super::Block;
 use crate::bundle;
 use crate::fields::filled;
 use crate::math::{exp, lagged, lagged_along};
-use crate::params::UNLIMITED;
+use crate::range::UNLIMITED;
 use crate::real::Real;
 
 bundle! {

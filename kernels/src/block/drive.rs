@@ -18,7 +18,7 @@ use crate::bundle;
 use crate::fields::filled;
 use crate::manipulator::bristle;
 use crate::math::{exp, lagged_along, sin_cos};
-use crate::params::UNLIMITED;
+use crate::range::UNLIMITED;
 use crate::real::Real;
 use std::f64::consts::TAU;
 

@@ -1,6 +1,6 @@
 //! Effects on the way of a command to the robots.
 
-use super::{EffectParameter, Null, Row, at, limit, row};
+use super::{EffectParameter, Null, Row, at, row};
 
 pub(super) const ROWS: &[Row] = &[
     row(
@@ -41,7 +41,7 @@ pub(super) const ROWS: &[Row] = &[
         "own",
         "command path",
         "greatest speed of the tools",
-        &[limit("tool_speed_limit", 0.25), limit("tool_rotation_limit", 1.0)],
+        &[at("tool_speed_limit", 0.25), at("tool_rotation_limit", 1.0)],
         "0.25 m/s, the reduced speed of industrial robots; the rotation is engineering judgement",
     ),
 ];

@@ -1,6 +1,6 @@
 //! Effects in the force/torque sensor.
 
-use super::{Row, at, limit, row};
+use super::{Row, at, row};
 
 pub(super) const ROWS: &[Row] = &[
     row(
@@ -72,8 +72,8 @@ pub(super) const ROWS: &[Row] = &[
         &[
             at("sensor_resolution_force", 0.5),
             at("sensor_resolution_moment", 0.05),
-            limit("sensor_range_force", 2000.0),
-            limit("sensor_range_moment", 200.0),
+            at("sensor_range_force", 2000.0),
+            at("sensor_range_moment", 200.0),
         ],
         "data sheets of 2 kN class sensors",
     ),

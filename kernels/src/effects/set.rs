@@ -1,6 +1,6 @@
 //! Sets of effects: what no run of a batch has need not be computed.
 
-use super::{EFFECTS, Effect, Null};
+use super::{EFFECTS, Effect, EffectParameter, Null};
 use crate::fields::{fields, to_vec};
 use crate::model::Timing;
 use crate::params::Params;
@@ -54,18 +54,13 @@ impl EffectSet {
     pub fn of(p: &Params<f64>, timing: &Timing) -> Self {
         let (table, values) = (fields::<f64, Params<f64>>(), to_vec(p));
         let value = |name: &str| table.iter().position(|field| field.name == name).map(|index| values[index]);
-        Self::of_those(|effect| {
-            effect.parameters.iter().any(|parameter| match parameter.null {
-                Null::Value(null) => value(parameter.field) != Some(null),
-                Null::OwnDelay => value(parameter.field) != Some(timing.own_delay()),
-                Null::Any => false,
-            })
-        })
+        let is_off = |p: &EffectParameter| p.null_value(timing).is_some_and(|null| value(p.field) != Some(null));
+        Self::of_those(|effect| effect.parameters.iter().any(is_off))
     }
 
     /// Those that are there or not by a parameter's value.
     pub fn switched_by(field: &str) -> Self {
-        let switches = |p: &super::EffectParameter| p.field == field && p.null != Null::Any;
+        let switches = |p: &EffectParameter| p.field == field && p.null != Null::Any;
         Self::of_those(|effect| effect.parameters.iter().any(switches))
     }
 

@@ -112,8 +112,7 @@ impl<L: Lane> FacilityLanes<L> {
             load: crate::fields::filled(zero),
             held: zero_wrench(),
             compensation: new_compensation(),
-            lost: zero,
-            dropped: zero,
+            link: crate::fields::filled(zero),
             tracking: no_tracking(),
             admittance: no_admittance(),
             session: new_session(),
@@ -206,9 +205,7 @@ impl<L: Lane> FacilityLanes<L> {
         let sensor = sensor_at(m, &load, a);
         self.load.set_where(fresh, &load);
         self.sensor.set_where(fresh, &sensor);
-        let zero = L::lit(0.0);
-        self.lost = L::select(fresh, zero, self.lost);
-        self.dropped = L::select(fresh, zero, self.dropped);
+        self.link.set_where(fresh, &crate::fields::filled(L::lit(0.0)));
     }
 
     /// References of the robots at a time, for a motion of the simulated parts.
@@ -240,10 +237,10 @@ impl<L: Lane> FacilityLanes<L> {
         let lost = draws[2].lt(self.params.drop_probability) & zero.lt(self.tick);
         let before = self.commands.at(self.step, 1);
         let mut command = *sent;
-        set_where(lost, &mut command, &substitute(m, &before, self.lost));
+        set_where(lost, &mut command, &substitute(m, &before, self.link.lost));
         self.commands.put(self.step, &command, live);
-        self.lost = L::select(lost, self.lost + L::lit(1.0), zero);
-        self.dropped = L::select(lost & live, L::lit(1.0), self.dropped);
+        self.link.lost = L::select(lost, self.link.lost + L::lit(1.0), zero);
+        self.link.dropped = L::select(lost & live, L::lit(1.0), self.link.dropped);
         normals(draws[0], draws[1]).first * self.params.delay_jitter
     }
 

@@ -79,24 +79,4 @@ impl<L: Lane, const N: usize> Tile<L, N> {
             out.push(Finished::new(m, run, one(&self.facility.params, lane), metrics, &end));
         }
     }
-
-    /// State of all lanes at the end of their runs.
-    fn end_state(&self) -> EndState<L> {
-        let (space, hil) = (&self.space.interface.watch, &self.hil.interface.watch);
-        let facility = &self.facility;
-        EndState {
-            space_unstable: space.unstable,
-            space_contact_work: space.contact_work,
-            space_absorbed: space.absorbed,
-            hil_unstable: hil.unstable,
-            hil_end_speed: hil.end_speed,
-            rule: facility.session.rule,
-            rule_measure: facility.session.value,
-            saturated: facility.sensor.saturated,
-            limited: facility.robots.limited,
-            dropped: facility.dropped,
-            touch_normal: space.normal,
-            touch_lever: space.lever,
-        }
-    }
 }

@@ -4,12 +4,11 @@ use crate::stages::{functions, structures};
 use crate::wgsl::{Function, Struct};
 use softdock_kernels::fields::Field;
 use softdock_kernels::fixture::is_compliant;
+use softdock_kernels::frame::lane_state::{StateVariable, bristle_names, end_state_members, state_variables};
 use softdock_kernels::frame::{Batch, Loops};
-use softdock_kernels::lane_layout::{bristle_names, compensates, moves};
 use softdock_kernels::load::loaded;
 use softdock_kernels::model::CompensatorKind;
 use softdock_kernels::noise::{LINK, SENSOR};
-use softdock_kernels::outcome::EndState;
 use softdock_kernels::plant::Plant;
 use softdock_kernels::quads::{quads, read, reads, stores, words};
 use softdock_kernels::robot::commands_poses;
@@ -27,45 +26,6 @@ const FRAME: &str = concat!(
     "\n",
     include_str!("../../wgsl/frame.wgsl")
 );
-
-/// Private variables that live across slices, with their structs; load, session, compensation and the joint level's, if there are
-/// any, and the bristles of the contact points follow.
-const STATE: [(&str, &str); 10] = [
-    ("space", "Bodies"),
-    ("space_watch", "Watch"),
-    ("hil", "Bodies"),
-    ("hil_watch", "Watch"),
-    ("robot", "Robots"),
-    ("sensed", "Sensor"),
-    ("held", "Wrench"),
-    ("link", "Vec3"),
-    ("tracking", "Tracking"),
-    ("admittance", "Admittance"),
-];
-
-/// Private variables of the joint level that live across slices.
-const JOINT_STATE: [(&str, &str); 5] =
-    [("drives_a", "Drives"), ("drives_b", "Drives"), ("set_a", "SetPoint"), ("set_b", "SetPoint"), ("push", "Wrench")];
-
-/// Members of the frame's variables that hold the fields of [`EndState`] at the end of a run.
-const END_STATE: [(&str, &str); 16] = [
-    ("space_unstable", "space_watch.unstable"),
-    ("space_contact_work", "space_watch.contact_work"),
-    ("space_absorbed", "space_watch.absorbed"),
-    ("hil_unstable", "hil_watch.unstable"),
-    ("hil_end_speed", "hil_watch.end_speed"),
-    ("rule", "session.rule"),
-    ("rule_measure", "session.value"),
-    ("saturated", "sensed.saturated"),
-    ("limited", "robot.limited"),
-    ("dropped", "link.y"),
-    ("touch_normal_x", "space_watch.normal_x"),
-    ("touch_normal_y", "space_watch.normal_y"),
-    ("touch_normal_z", "space_watch.normal_z"),
-    ("touch_lever_x", "space_watch.lever_x"),
-    ("touch_lever_y", "space_watch.lever_y"),
-    ("touch_lever_z", "space_watch.lever_z"),
-];
 
 /// A scenario's kernel: its text and its buffers; inputs, state and delay lines lie in [`softdock_kernels::quads`].
 #[derive(Clone, Debug)]
@@ -100,22 +60,16 @@ fn build<const N: usize>(plant: &Plant, batch: Batch) -> Kernel {
     let slots = softdock_kernels::delay_line::line_slots(plant);
     let mut text = constants(plant, batch, slots);
     structs.iter().for_each(|s| text.push_str(&s.declaration()));
+    let variables = state_variables::<N>(plant);
+    let declared = variables.iter().filter(|variable| structs.iter().any(|s| s.name == variable.structure));
+    declared.for_each(|variable| {
+        let _ = writeln!(text, "var<private> {}: {};", variable.name, variable.structure);
+    });
+    text.push('\n');
     text.push_str(FRAME);
     text.push('\n');
     text.push_str(ROBOTS[usize::from(plant.cells.is_some())]);
 
-    let bristles = bristle_names(plant.contact.points.len());
-    let variables = || {
-        let bristles = bristles.iter().map(|name| (name.as_str(), fields("Vec3")));
-        let load = loaded(plant).then_some(&("load", "Load"));
-        let session = supervised(plant).then_some(&("session", "Session"));
-        let compensation = compensates(plant).then_some(&("compensation", "Compensation"));
-        let joint_level = JOINT_STATE.iter().filter(|_| plant.cells.is_some());
-        let all = STATE.iter().chain(load).chain(session).chain(compensation).chain(joint_level);
-        let all = all.map(|(variable, name)| (*variable, fields(name))).chain(bristles);
-        all.flat_map(|(variable, fields)| fields.iter().map(move |field| (variable, field)))
-            .filter(|(_, field)| moves(plant, &field.name))
-    };
     let listings: Vec<String> = functions.iter().map(Function::listing).collect();
     // A driver compiles loads and stores slowly: only parameters that something reads are loaded.
     let is_read = |field: &Field| {
@@ -126,15 +80,18 @@ fn build<const N: usize>(plant: &Plant, batch: Batch) -> Kernel {
         fields("Params").iter().enumerate().filter(|(_, field)| is_read(field)).map(|(index, _)| index).collect();
     let member = |(variable, field): (&str, &Field)| format!("{variable}.{}", field.name);
     let params: Vec<String> = inputs.iter().map(|index| member(("p", &fields("Params")[*index]))).collect();
-    let state: Vec<String> = variables().map(member).collect();
+    let kept = |variable: &StateVariable| -> Vec<String> {
+        let kept = variable.fields.iter().filter(|(is_kept, _)| *is_kept);
+        kept.map(|(_, field)| member((&variable.name, field))).collect()
+    };
+    let state: Vec<String> = variables.iter().flat_map(kept).collect();
     let metrics = || fields("Metrics").iter();
     let in_space = metrics().map(|field| member(("in_space", field)));
     let on_facility = metrics().map(|field| member(("on_facility", field)));
-    let end_state = softdock_kernels::fields::fields::<f64, EndState<f64>>();
-    let outcomes = in_space.chain(on_facility).chain(end_state.iter().map(|field| end_member(&field.name).to_owned()));
-    let size = 2 * metrics().count() + end_state.len();
+    let outcomes: Vec<String> = in_space.chain(on_facility).chain(end_state_members()).collect();
+    let size = outcomes.len();
     let stored = |(index, value): (usize, String)| format!("    outcomes[{index}u * batch.lanes + lane] = {value};\n");
-    let outcome: String = outcomes.enumerate().map(stored).collect();
+    let outcome: String = outcomes.into_iter().enumerate().map(stored).collect();
     let _ = write!(
         text,
         "\nfn load_params() {{\n{}}}\n\nfn load_state() {{\n{}}}\n\nfn store_state() {{\n{}}}\n\n\
@@ -155,11 +112,6 @@ fn build<const N: usize>(plant: &Plant, batch: Batch) -> Kernel {
     Kernel { text, functions, inputs, state: state.len(), lines, outcome: size, structs }
 }
 
-/// The variable's member that holds a field of [`EndState`].
-fn end_member(field: &str) -> &'static str {
-    END_STATE.iter().find(|(name, _)| *name == field).expect("a row of END_STATE for every field of the end state").1
-}
-
 /// The scenario's numbers that the frame needs.
 fn constants(plant: &Plant, batch: Batch, slots: usize) -> String {
     let t = &plant.timing;
@@ -176,7 +128,7 @@ fn constants(plant: &Plant, batch: Batch, slots: usize) -> String {
         SENSOR[1],
         batch.noisy,
         batch.loops == Loops::Both,
-        compensates(plant),
+        plant.facility.compensator.kind != CompensatorKind::None,
         plant.facility.compensator.kind == CompensatorKind::Smith,
         loaded(plant),
         is_compliant(plant),
@@ -185,14 +137,13 @@ fn constants(plant: &Plant, batch: Batch, slots: usize) -> String {
     )
 }
 
-/// Bristles as variables, and all contact points of a pair of parts one after the other.
+/// All contact points of a pair of parts one after the other.
 ///
 /// Written out point by point: a loop would have to keep the bristles in storage, which on some drivers costs more
 /// than the contact itself.
 fn touches(plant: &Plant) -> String {
     let mut out = String::new();
     let names = bristle_names(plant.contact.points.len());
-    names.iter().for_each(|name| out.push_str(&format!("var<private> {name}: Vec3;\n")));
     for (function, side) in [("touch_space", "space"), ("touch_facility", "hil")] {
         let _ = write!(out, "\nfn {function}(pair: Pair, parts: Parts) -> Touch {{\n    var sum = no_touch();\n");
         for (index, point) in plant.contact.points.iter().enumerate() {

@@ -4,7 +4,7 @@ use crate::trace::Sym;
 use crate::wgsl::{Function, Struct};
 use softdock_kernels::compensator::{self, Compensation};
 use softdock_kernels::contact::{self, LatchState, Pair, Point, PointContact};
-use softdock_kernels::fields::{Bundle, fields};
+use softdock_kernels::fields::{Bundle, bundle_name, fields};
 use softdock_kernels::fixture;
 use softdock_kernels::impedance::{self, Admittance};
 use softdock_kernels::joint_level;
@@ -16,7 +16,7 @@ use softdock_kernels::noise::{self, Normals};
 use softdock_kernels::params::Params;
 use softdock_kernels::plant::Plant;
 use softdock_kernels::real::Real;
-use softdock_kernels::robot::{self, Robots};
+use softdock_kernels::robot::{self, LinkCounts, Robots};
 use softdock_kernels::sensor::{self, Sensor};
 use softdock_kernels::session::{self, Asked, Clearance, Observed, Session};
 use softdock_kernels::space::{self, Actuation, Bodies, Kinematics, Masses, Parts, Wrench};
@@ -25,9 +25,7 @@ use softdock_kernels::vector::Vec3;
 
 /// The WGSL struct of a bundle, by the bundle's own name.
 pub fn structure<B: Bundle<Sym>>() -> Struct {
-    let path = std::any::type_name::<B>();
-    let bare = path.split('<').next().unwrap_or(path);
-    let name = bare.rsplit("::").next().unwrap_or(bare);
+    let name = bundle_name::<B>();
     let name = if name == "Sym" { "f32" } else { name };
     Struct { name: name.to_owned(), fields: fields::<Sym, B>() }
 }
@@ -68,6 +66,7 @@ pub fn structures<const N: usize>(m: &Plant) -> Vec<Struct> {
         structure::<Touch<Sym>>(),
         structure::<Watch<Sym>>(),
         structure::<Robots<Sym>>(),
+        structure::<LinkCounts<Sym>>(),
         structure::<Sensor<Sym>>(),
         structure::<Load<Sym>>(),
         structure::<Session<Sym>>(),

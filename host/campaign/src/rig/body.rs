@@ -2,9 +2,9 @@
 
 use super::{missing, with_effects};
 use crate::check::Checker;
-use crate::ranges::{INERTIA, LENGTH, MASS, RATE, Range};
 use crate::written::rig::{BodyTable, RigFile, ToleranceTable};
 use softdock_kernels::block::body::BodyValues;
+use softdock_kernels::range::{INERTIA, LENGTH, MASS, RATE, Range};
 use softdock_kernels::vector::vec3;
 
 /// A free body.

@@ -2,10 +2,10 @@
 
 use super::{missing, with_effects};
 use crate::check::Checker;
-use crate::ranges::{DAMPING, FORCE, Range, STIFFNESS};
 use crate::written::Quantity;
 use crate::written::rig::{ContactTable, RigFile, ToleranceTable};
 use softdock_kernels::block::contact::ContactValues;
+use softdock_kernels::range::{DAMPING, FORCE, Range, STIFFNESS};
 
 /// A point on a body against a plate.
 #[derive(Clone, Debug)]

@@ -2,13 +2,12 @@
 
 use crate::check::Checker;
 use crate::identified::{is_known, with_parameters};
-use crate::ranges::{ANGLE, DAMPING, FORCE, INERTIA, LENGTH, RATE, Range, STIFFNESS};
 use crate::written::Quantity;
 use crate::written::effect::EffectTable;
 use crate::written::rig::{ControllerTable, DriveTable, FeedforwardTable, RigFile, ToleranceTable};
 use softdock_kernels::block::controller::ControllerValues;
 use softdock_kernels::block::drive::DriveValues;
-use softdock_kernels::params::UNLIMITED;
+use softdock_kernels::range::{ANGLE, DAMPING, FORCE, INERTIA, LENGTH, RATE, Range, STIFFNESS, UNLIMITED};
 
 /// One joint with its drive.
 #[derive(Clone, Debug)]

@@ -2,11 +2,10 @@
 
 use super::{missing, with_effects};
 use crate::check::Checker;
-use crate::ranges::{FORCE, INERTIA, LENGTH, MASS, Range};
 use crate::written::rig::{RigFile, SensorTable, ToleranceTable};
 use softdock_kernels::block::sensor::SensorValues;
 use softdock_kernels::manipulator::GRAVITY;
-use softdock_kernels::params::UNLIMITED;
+use softdock_kernels::range::{FORCE, INERTIA, LENGTH, MASS, Range, UNLIMITED};
 
 /// A force/torque sensor with a tool, under known loads.
 #[derive(Clone, Debug)]

@@ -2,11 +2,11 @@
 
 use super::{missing, with_effects};
 use crate::check::Checker;
-use crate::ranges::{INERTIA, LENGTH, MASS, Range, STIFFNESS};
 use crate::written::Quantity;
 use crate::written::rig::{RigFile, ToleranceTable, TossTable};
 use softdock_kernels::block::toss::TossValues;
 use softdock_kernels::manipulator::GRAVITY;
+use softdock_kernels::range::{INERTIA, LENGTH, MASS, Range, STIFFNESS};
 use softdock_kernels::vector::{Vec3, vec3};
 
 /// A tossed body.

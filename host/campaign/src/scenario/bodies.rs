@@ -4,12 +4,12 @@ use crate::arm::{self, Arm};
 use crate::check::Checker;
 use crate::inertia::fault;
 use crate::placement::end_frame;
-use crate::ranges::{ANGLE, Range};
 use crate::source::Source;
 use crate::written::At;
 use crate::written::scenario::{ArmTable, InertiaTable, ScenarioFile};
 use softdock_kernels::model::Link;
 use softdock_kernels::params::Params;
+use softdock_kernels::range::{ANGLE, Range};
 use softdock_kernels::vector::{Pose, Sym3};
 
 /// The bodies of a scenario.

@@ -1,6 +1,6 @@
 //! The facility's delay compensation: its kind, and the numbers that this kind takes.
 
-use crate::check::{Checker, span_of};
+use crate::check::{Checker, span_of, take_parameters};
 use crate::written::facility::CompensatorTable;
 use softdock_kernels::model::{Compensator, CompensatorKind};
 use softdock_kernels::params::Params;
@@ -25,12 +25,14 @@ pub(crate) fn read(c: &mut Checker, table: &Option<CompensatorTable>, p: &mut Pa
         ("pulls", span_of(&t.pulls), kind != CompensatorKind::None, false),
     ];
     c.keys_of_kind(&t.kind, &keys);
-    p.compensator_delay = c.parameter_or(&t.delay, "compensator_delay", 0.0);
-    p.compensator_lag = c.parameter_or(&t.lag, "compensator_lag", 0.0);
-    p.compensator_stiffness = c.parameter_or(&t.stiffness, "compensator_stiffness", 0.0);
-    p.compensator_margin = c.parameter_or(&t.margin, "compensator_margin", 0.0);
-    p.compensator_damping = c.parameter_or(&t.damping, "compensator_damping", 0.0);
-    p.compensator_energy = c.parameter_or(&t.energy, "compensator_energy", p.compensator_energy);
-    p.compensator_threshold = c.parameter_or(&t.threshold, "compensator_threshold", 0.0);
+    take_parameters!(c, p;
+        compensator_delay = t.delay;
+        compensator_lag = t.lag;
+        compensator_stiffness = t.stiffness;
+        compensator_margin = t.margin;
+        compensator_damping = t.damping;
+        compensator_energy = t.energy;
+        compensator_threshold = t.threshold;
+    );
     Compensator { kind, pulls: t.pulls.as_ref().is_some_and(|pulls| pulls.value) }
 }

@@ -1,12 +1,12 @@
 //! The contact pair: points, solids, law, latch, and the nominal values that follow from others.
 
 use super::{GATE_ANGLE, GATE_SIZE};
-use crate::check::{Checker, span_of};
+use crate::check::{Checker, span_of, take_parameters};
 use crate::mobility::effective_mass;
-use crate::ranges::{LENGTH, Range, SPEED};
 use crate::written::scenario::{ContactTable, LatchTable, PointTable, ScenarioFile, SolidTable, StartTable};
 use softdock_kernels::model::{Contact, ContactPoint, Latch, Model, NormalLaw, Shape, Solid};
 use softdock_kernels::params::Params;
+use softdock_kernels::range::{LENGTH, Range, SPEED};
 use softdock_kernels::vector::vec3;
 
 /// Most contact points and solids: every point meets every solid in every substep.
@@ -21,13 +21,15 @@ const BRISTLE_DAMPING_RATIO: f64 = 0.7;
 pub(crate) fn read(c: &mut Checker, file: &ScenarioFile, p: &mut Params<f64>) -> Contact {
     let table = &file.contact.value;
     let law = law(c, table);
-    p.contact_stiffness = c.parameter(&table.stiffness, "contact_stiffness");
-    p.contact_damping = c.parameter_or(&table.damping, "contact_damping", 0.0);
-    p.contact_dissipation = c.parameter_or(&table.dissipation, "contact_dissipation", 0.0);
-    p.contact_friction = c.parameter_or(&table.friction, "contact_friction", 0.0);
+    take_parameters!(c, p;
+        contact_stiffness = table.stiffness;
+        contact_damping = table.damping;
+        contact_dissipation = table.dissipation;
+        contact_friction = table.friction;
+    );
     p.bristle_stiffness =
         c.parameter_or(&table.bristle_stiffness, "bristle_stiffness", BRISTLE_RATIO * p.contact_stiffness);
-    p.bristle_damping = c.parameter_or(&table.bristle_damping, "bristle_damping", 0.0);
+    take_parameters!(c, p; bristle_damping = table.bristle_damping;);
     let (points, solids) = (&file.part_a.point, &file.part_b.solid);
     for (span, count, most, what) in [
         (&points.span, points.value.len(), MOST_POINTS, "contact points"),
@@ -128,10 +130,12 @@ fn solid(c: &mut Checker, table: &SolidTable) -> Solid {
 }
 
 fn latch(c: &mut Checker, table: &LatchTable, p: &mut Params<f64>) -> Latch {
-    p.latch_stiffness = c.parameter(&table.stiffness, "latch_stiffness");
-    p.latch_damping = c.parameter(&table.damping, "latch_damping");
-    p.latch_rotation_stiffness = c.parameter(&table.rotation_stiffness, "latch_rotation_stiffness");
-    p.latch_rotation_damping = c.parameter(&table.rotation_damping, "latch_rotation_damping");
+    take_parameters!(c, p;
+        latch_stiffness = table.stiffness;
+        latch_damping = table.damping;
+        latch_rotation_stiffness = table.rotation_stiffness;
+        latch_rotation_damping = table.rotation_damping;
+    );
     Latch {
         point: c.vector(&table.point, "m", Range::size(LENGTH)),
         seat: c.vector(&table.seat, "m", Range::size(LENGTH)),

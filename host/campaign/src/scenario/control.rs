@@ -1,10 +1,10 @@
 //! Guidance: the approach's thrust and the arm's controller.
 
 use crate::check::{Checker, span_of};
-use crate::ranges::{DAMPING, FORCE, Range, STIFFNESS};
 use crate::written::Quantities;
 use crate::written::scenario::{ArmTable, GuidanceTable};
 use softdock_kernels::model::{ArmControl, MAX_JOINTS, Thrust};
+use softdock_kernels::range::{DAMPING, FORCE, Range, STIFFNESS};
 
 const STIFF: Range = Range::within(0.0, STIFFNESS);
 const DAMP: Range = Range::within(0.0, DAMPING);

@@ -1,8 +1,7 @@
 //! The facility: command path, robots, rail, sensor, and its differences from space.
 
 use super::{compensator, impedance, joint_level, whole_steps};
-use crate::check::Checker;
-use crate::ranges::{LENGTH, MASS, Range, SPEED};
+use crate::check::{Checker, take_parameters};
 use crate::source::Source;
 use crate::station::Station;
 use crate::units::show;
@@ -12,8 +11,9 @@ use softdock_kernels::delay_line::MAX_DELAY_S;
 use softdock_kernels::model::{
     Facility, JointLevel, Model, Rail, SensorLoad, SessionRules, TestMotion, Timing, Waveform,
 };
-use softdock_kernels::params::{Params, UNLIMITED};
+use softdock_kernels::params::Params;
 use softdock_kernels::plant::{Plant, place};
+use softdock_kernels::range::{LENGTH, MASS, Range, SPEED};
 use softdock_kernels::session::{axes_asked, clearance, deepest_in_box};
 use softdock_kernels::vector::{Vec3, vec3};
 
@@ -35,18 +35,20 @@ pub(crate) fn read(
     sensor(c, &table.sensor, p);
     let own = timing.loop_delay(p.sensor_delay, 0.0);
     p.loop_delay = c.parameter_or(&table.loop_delay, "loop_delay", own);
-    p.delay_jitter = c.parameter_or(&table.delay_jitter, "delay_jitter", 0.0);
-    p.drop_probability = c.parameter_or(&table.drop_probability, "drop_probability", 0.0);
-    p.clock_skew = c.parameter_or(&table.clock_skew, "clock_skew", 0.0);
-    p.command_hold = c.parameter_or(&table.command_hold, "command_hold", 0.0);
-    p.tool_speed_limit = c.parameter_or(&table.max_speed, "tool_speed_limit", UNLIMITED);
-    p.tool_rotation_limit = c.parameter_or(&table.max_rate, "tool_rotation_limit", UNLIMITED);
-    p.robot1_lag = c.parameter_or(&table.robot1.lag, "robot1_lag", 0.0);
-    p.robot1_lag_damping = c.parameter_or(&table.robot1.damping, "robot1_lag_damping", 1.0);
-    p.robot1_lag_zero = c.parameter_or(&table.robot1.zero, "robot1_lag_zero", 0.0);
-    p.robot2_lag = c.parameter_or(&table.robot2.lag, "robot2_lag", 0.0);
-    p.robot2_lag_damping = c.parameter_or(&table.robot2.damping, "robot2_lag_damping", 1.0);
-    p.robot2_lag_zero = c.parameter_or(&table.robot2.zero, "robot2_lag_zero", 0.0);
+    take_parameters!(c, p;
+        delay_jitter = table.delay_jitter;
+        drop_probability = table.drop_probability;
+        clock_skew = table.clock_skew;
+        command_hold = table.command_hold;
+        tool_speed_limit = table.max_speed;
+        tool_rotation_limit = table.max_rate;
+        robot1_lag = table.robot1.lag;
+        robot1_lag_damping = table.robot1.damping;
+        robot1_lag_zero = table.robot1.zero;
+        robot2_lag = table.robot2.lag;
+        robot2_lag_damping = table.robot2.damping;
+        robot2_lag_zero = table.robot2.zero;
+    );
     errors(c, table, p);
     let rail = table.rail.as_ref().map(|table| rail(c, table, p));
     let drop_hold_ticks = table.drop_hold_ticks.as_ref().map_or(DROP_HOLD_TICKS, |ticks| {
@@ -150,8 +152,10 @@ fn unstable_speed(c: &mut Checker, table: &At<FacilityTable>) -> f64 {
 
 /// A motion that is added to the robots' reference.
 fn test_motion(c: &mut Checker, table: &TestMotionTable, p: &mut Params<f64>) -> TestMotion {
-    p.test_amplitude = c.parameter(&table.amplitude, "test_amplitude");
-    p.test_frequency = c.parameter(&table.frequency, "test_frequency");
+    take_parameters!(c, p;
+        test_amplitude = table.amplitude;
+        test_frequency = table.frequency;
+    );
     let time = Range::within(0.0, 1e6);
     TestMotion {
         axis: direction(c, &table.axis),
@@ -183,67 +187,75 @@ fn joint_level(
 }
 
 fn errors(c: &mut Checker, table: &FacilityTable, p: &mut Params<f64>) {
-    let (e, null) = (&table.errors, Params::null());
-    p.mass_error = c.parameter_or(&e.mass, "mass_error", 0.0);
-    p.inertia_error = c.parameter_or(&e.inertia, "inertia_error", 0.0);
-    p.target_com_error = c.parameter_vector(&e.centre_of_mass, "target_com_error");
-    p.contact_stiffness_error = c.parameter_or(&e.contact_stiffness, "contact_stiffness_error", 0.0);
-    p.contact_damping_error = c.parameter_or(&e.contact_damping, "contact_damping_error", 0.0);
-    p.contact_friction_error = c.parameter_or(&e.contact_friction, "contact_friction_error", 0.0);
-    p.contact_exponent_error = c.parameter_or(&e.contact_exponent, "contact_exponent_error", 0.0);
-    p.contact_stribeck = c.parameter_or(&e.contact_stribeck, "contact_stribeck", 0.0);
-    p.contact_stribeck_speed =
-        c.parameter_or(&e.contact_stribeck_speed, "contact_stribeck_speed", null.contact_stribeck_speed);
-    p.contact_anisotropy = c.parameter_or(&e.contact_anisotropy, "contact_anisotropy", 0.0);
-    p.contact_adhesion = c.parameter_or(&e.contact_adhesion, "contact_adhesion", 0.0);
-    p.place_error = c.parameter_vector(&e.place, "place_error");
-    p.sensor_delay_error = c.parameter_or(&e.sensor_delay, "sensor_delay_error", 0.0);
+    let e = &table.errors;
+    take_parameters!(c, p;
+        mass_error = e.mass;
+        inertia_error = e.inertia;
+        target_com_error = e.centre_of_mass;
+        contact_stiffness_error = e.contact_stiffness;
+        contact_damping_error = e.contact_damping;
+        contact_friction_error = e.contact_friction;
+        contact_exponent_error = e.contact_exponent;
+        contact_stribeck = e.contact_stribeck;
+        contact_stribeck_speed = e.contact_stribeck_speed;
+        contact_anisotropy = e.contact_anisotropy;
+        contact_adhesion = e.contact_adhesion;
+        place_error = e.place;
+        sensor_delay_error = e.sensor_delay;
+    );
     resonances(c, table, p);
 }
 
 /// Fixture, slosh and appendage: what rings besides the robots.
 fn resonances(c: &mut Checker, table: &FacilityTable, p: &mut Params<f64>) {
-    let null = Params::null();
     let (fixture, slosh, appendage) = (&table.fixture, &table.slosh, &table.appendage);
-    p.fixture_compliance = c.parameter_or(&fixture.compliance, "fixture_compliance", 0.0);
-    p.fixture_frequency = c.parameter_or(&fixture.frequency, "fixture_frequency", null.fixture_frequency);
-    p.fixture_damping = c.parameter_or(&fixture.damping, "fixture_damping", null.fixture_damping);
-    p.slosh_share = c.parameter_or(&slosh.share, "slosh_share", 0.0);
-    p.slosh_frequency = c.parameter_or(&slosh.frequency, "slosh_frequency", null.slosh_frequency);
-    p.slosh_damping = c.parameter_or(&slosh.damping, "slosh_damping", null.slosh_damping);
-    p.appendage_share = c.parameter_or(&appendage.share, "appendage_share", 0.0);
-    p.appendage_frequency = c.parameter_or(&appendage.frequency, "appendage_frequency", null.appendage_frequency);
-    p.appendage_damping = c.parameter_or(&appendage.damping, "appendage_damping", null.appendage_damping);
+    take_parameters!(c, p;
+        fixture_compliance = fixture.compliance;
+        fixture_frequency = fixture.frequency;
+        fixture_damping = fixture.damping;
+        slosh_share = slosh.share;
+        slosh_frequency = slosh.frequency;
+        slosh_damping = slosh.damping;
+        appendage_share = appendage.share;
+        appendage_frequency = appendage.frequency;
+        appendage_damping = appendage.damping;
+    );
 }
 
 fn sensor(c: &mut Checker, t: &SensorTable, p: &mut Params<f64>) {
-    p.sensor_delay = c.parameter_or(&t.delay, "sensor_delay", 0.0);
-    p.sensor_lag = c.parameter_or(&t.lag, "sensor_lag", 0.0);
-    p.sensor_noise_force = c.parameter_or(&t.noise_force, "sensor_noise_force", 0.0);
-    p.sensor_noise_moment = c.parameter_or(&t.noise_moment, "sensor_noise_moment", 0.0);
-    p.sensor_bias_force = c.parameter_vector(&t.bias_force, "sensor_bias_force");
-    p.sensor_bias_moment = c.parameter_vector(&t.bias_moment, "sensor_bias_moment");
-    p.sensor_drift_force = c.parameter_vector(&t.drift_force, "sensor_drift_force");
-    p.sensor_drift_moment = c.parameter_vector(&t.drift_moment, "sensor_drift_moment");
-    p.tare_error_force = c.parameter_vector(&t.tare_error_force, "tare_error_force");
-    p.tare_error_moment = c.parameter_vector(&t.tare_error_moment, "tare_error_moment");
+    take_parameters!(c, p;
+        sensor_delay = t.delay;
+        sensor_lag = t.lag;
+        sensor_noise_force = t.noise_force;
+        sensor_noise_moment = t.noise_moment;
+        sensor_bias_force = t.bias_force;
+        sensor_bias_moment = t.bias_moment;
+        sensor_drift_force = t.drift_force;
+        sensor_drift_moment = t.drift_moment;
+        tare_error_force = t.tare_error_force;
+        tare_error_moment = t.tare_error_moment;
+    );
     let errors = [&t.tare_error_force, &t.tare_error_moment].into_iter().flatten().next();
     if let (Some(error), false) = (errors, t.tared.as_ref().is_some_and(|tared| tared.value)) {
         let remedy = "remove it, or write tared = true";
         c.refuse(&error.span, "this does nothing: the sensor is not tared", remedy);
     }
-    p.sensor_gain_force = c.parameter_vector(&t.gain_force, "sensor_gain_force");
-    p.sensor_gain_moment = c.parameter_vector(&t.gain_moment, "sensor_gain_moment");
-    p.sensor_crosstalk = c.parameter_or(&t.crosstalk, "sensor_crosstalk", 0.0);
-    p.sensor_resolution_force = c.parameter_or(&t.resolution_force, "sensor_resolution_force", 0.0);
-    p.sensor_resolution_moment = c.parameter_or(&t.resolution_moment, "sensor_resolution_moment", 0.0);
-    p.sensor_range_force = c.parameter_or(&t.range_force, "sensor_range_force", UNLIMITED);
-    p.sensor_range_moment = c.parameter_or(&t.range_moment, "sensor_range_moment", UNLIMITED);
+    take_parameters!(c, p;
+        sensor_gain_force = t.gain_force;
+        sensor_gain_moment = t.gain_moment;
+        sensor_crosstalk = t.crosstalk;
+        sensor_resolution_force = t.resolution_force;
+        sensor_resolution_moment = t.resolution_moment;
+        sensor_range_force = t.range_force;
+        sensor_range_moment = t.range_moment;
+    );
 }
 
 fn sensor_load(c: &mut Checker, t: &LoadTable, p: &mut Params<f64>) -> SensorLoad {
-    p.load_mass_error = c.parameter_or(&t.mass_error, "load_mass_error", 0.0);
-    p.load_centre_error = c.parameter_vector(&t.centre_error, "load_centre_error");
+    take_parameters!(c, p;
+        load_mass_error = t.mass_error;
+        load_centre_error = t.centre_error;
+    );
     SensorLoad {
         mass: c.number(&t.mass, "kg", Range::within(0.0, MASS)),
         centre: c.vector(&t.centre, "m", Range::size(LENGTH)),
@@ -253,8 +265,10 @@ fn sensor_load(c: &mut Checker, t: &LoadTable, p: &mut Params<f64>) -> SensorLoa
 }
 
 fn rail(c: &mut Checker, table: &RailTable, p: &mut Params<f64>) -> Rail {
-    p.rail_lag = c.parameter_or(&table.lag, "rail_lag", 0.0);
-    p.rail_lag_damping = c.parameter_or(&table.damping, "rail_lag_damping", 1.0);
+    take_parameters!(c, p;
+        rail_lag = table.lag;
+        rail_lag_damping = table.damping;
+    );
     let share = c.number(&table.share, "1", Range::within(0.0, 1.0));
     Rail { axis: direction(c, &table.axis), share }
 }

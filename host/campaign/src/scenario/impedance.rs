@@ -1,11 +1,11 @@
 //! The impedance of robot 1: axis by axis, or as coupled matrices.
 
 use crate::check::Checker;
-use crate::ranges::{DAMPING, INERTIA, MASS, Range, STIFFNESS};
 use crate::written::At;
 use crate::written::facility::ImpedanceTable;
 use nalgebra::Matrix6;
 use softdock_kernels::model::ImpedanceLaw;
+use softdock_kernels::range::{DAMPING, INERTIA, MASS, Range, STIFFNESS};
 
 type Matrix = [[f64; 6]; 6];
 

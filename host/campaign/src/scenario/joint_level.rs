@@ -1,8 +1,7 @@
 //! The joint level of the facility's robots: model file, places, loads, controllers and drives.
 
-use crate::check::Checker;
+use crate::check::{Checker, take_parameters};
 use crate::mount::mount;
-use crate::ranges::{DAMPING, FORCE, LENGTH, MASS, Range, SPEED, STIFFNESS};
 use crate::robot::Robot;
 use crate::source::Source;
 use crate::written::joint_level::{DrivesTable, JointLevelTable, RailDriveTable};
@@ -11,6 +10,7 @@ use softdock_kernels::manipulator::{Drive, DriveParams, Friction, Joint, JointLi
 use softdock_kernels::model::{JointLevel, Link, Model, Rail};
 use softdock_kernels::params::Params;
 use softdock_kernels::plant::{Plant, place};
+use softdock_kernels::range::{DAMPING, FORCE, LENGTH, MASS, Range, SPEED, STIFFNESS};
 use softdock_kernels::vector::{Pose, Sym3, Vec3};
 use std::f64::consts::TAU;
 
@@ -90,38 +90,41 @@ pub(crate) fn check_places(c: &mut Checker, table: &JointLevelTable, model: &mut
 
 fn drives(c: &mut Checker, table: &JointLevelTable, robot: &str) -> DriveParams<f64> {
     let (servo, t): (_, &DrivesTable) = (&table.servo, &table.drives);
-    let name = |field: &str| format!("{robot}_{field}");
-    let mut or = |written, field: &str, default| c.parameter_or(written, &name(field), default);
-    DriveParams {
-        velocity_feedforward: or(&servo.velocity_feedforward, "velocity_feedforward", 0.0),
-        velocity_gain: or(&t.velocity_gain, "velocity_gain", 1.0),
-        gear_ratio: or(&t.gear_ratio, "gear_ratio", 1.0),
-        coulomb_error: or(&t.coulomb_error, "coulomb_error", 0.0),
-        viscous_error: or(&t.viscous_error, "viscous_error", 0.0),
-        stribeck: or(&t.stribeck, "stribeck", 1.0),
-        presliding: or(&t.presliding, "presliding", 1.0),
-        load_friction: or(&t.load_friction, "load_friction", 0.0),
-        coulomb_asymmetry: or(&t.coulomb_asymmetry, "coulomb_asymmetry", 0.0),
-        cold_friction: or(&t.cold_friction, "cold_friction", 0.0),
-        warm_up: or(&t.warm_up, "warm_up", Params::null().robot1.warm_up),
-        cable_stiffness: or(&t.cable_stiffness, "cable_stiffness", 0.0),
-        cable_hysteresis: or(&t.cable_hysteresis, "cable_hysteresis", 0.0),
-        gear_compliance: or(&t.gear_compliance, "gear_compliance", 1.0),
-        backlash: or(&t.backlash, "backlash", 1.0),
-        transmission_error: or(&t.transmission_error, "transmission_error", 0.0),
-        torque_ripple: or(&t.torque_ripple, "torque_ripple", 0.0),
-        torque_constant_error: or(&t.torque_constant_error, "torque_constant_error", 0.0),
-        torque_offset: or(&t.torque_offset, "torque_offset", 0.0),
-        torque_limit_cut: or(&t.torque_limit_cut, "torque_limit_cut", 0.0),
-        speed_limit_cut: or(&t.speed_limit_cut, "speed_limit_cut", 0.0),
-        payload_error: or(&t.payload_error, "payload_error", 0.0),
-        current_lag: or(&t.current_lag, "current_lag", 1.0 / (TAU * CURRENT_LOOP)),
-        model_inertia_error: or(&t.model_inertia_error, "model_inertia_error", 0.0),
-        model_gravity_error: or(&t.model_gravity_error, "model_gravity_error", 0.0),
-        model_friction_error: or(&t.model_friction_error, "model_friction_error", 0.0),
-        payload_place: c.parameter_vector(&t.payload_place, &name("payload_place")),
-        position_gain: c.parameter(&servo.position_gain, &name("position_gain")),
-    }
+    // What a robot's file states is there unless a factor takes it away.
+    let mut p =
+        DriveParams { stribeck: 1.0, presliding: 1.0, gear_compliance: 1.0, backlash: 1.0, ..Params::null().robot1 };
+    p.current_lag = 1.0 / (TAU * CURRENT_LOOP);
+    take_parameters!(c, p, robot;
+        velocity_feedforward = servo.velocity_feedforward;
+        velocity_gain = t.velocity_gain;
+        gear_ratio = t.gear_ratio;
+        coulomb_error = t.coulomb_error;
+        viscous_error = t.viscous_error;
+        stribeck = t.stribeck;
+        presliding = t.presliding;
+        load_friction = t.load_friction;
+        coulomb_asymmetry = t.coulomb_asymmetry;
+        cold_friction = t.cold_friction;
+        warm_up = t.warm_up;
+        cable_stiffness = t.cable_stiffness;
+        cable_hysteresis = t.cable_hysteresis;
+        gear_compliance = t.gear_compliance;
+        backlash = t.backlash;
+        transmission_error = t.transmission_error;
+        torque_ripple = t.torque_ripple;
+        torque_constant_error = t.torque_constant_error;
+        torque_offset = t.torque_offset;
+        torque_limit_cut = t.torque_limit_cut;
+        speed_limit_cut = t.speed_limit_cut;
+        payload_error = t.payload_error;
+        current_lag = t.current_lag;
+        model_inertia_error = t.model_inertia_error;
+        model_gravity_error = t.model_gravity_error;
+        model_friction_error = t.model_friction_error;
+        payload_place = t.payload_place;
+        position_gain = servo.position_gain;
+    );
+    p
 }
 
 /// The rail's drive as a joint's: metres for radians, newtons for newton metres.

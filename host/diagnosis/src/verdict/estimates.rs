@@ -7,7 +7,7 @@ use crate::model::hypothesis::Hypothesis;
 use crate::model::unknown::{Role, Unknown};
 use serde::Serialize;
 use softdock_campaign::rig::sliding;
-use softdock_kernels::params::UNLIMITED;
+use softdock_kernels::range::UNLIMITED;
 use std::collections::BTreeMap;
 
 /// Estimate of a parameter with its 95 % interval.

@@ -47,8 +47,8 @@ bundle! {
         rate: [R; AXES], "rad/s", "commanded rates";
         speed: [R; AXES], "rad/s", "motor speed that the position loops ask for";
         torque: [R; AXES], "N m", "torque of the feedforward";
-        age: R, "s", "time since the drives were switched on, at the next set-point";
-        cold: R, "1", "remaining share of the cold drives' additional friction, 1 to 0";
+        age: R, "s", "time since the drives were switched on, at the next set-point", of "J6_temperature";
+        cold: R, "1", "remaining share of the cold drives' additional friction, 1 to 0", of "J6_temperature";
         sag: [R; AXES], "rad", "windup of the gears under the weight at the start, which the start's alignment takes out";
         limited: R, "1", "1 once a command was out of reach, near a singular posture or beyond a limit";
     }
