@@ -6,7 +6,7 @@ use crate::plant::GauntletPlant;
 use crate::record::{NamedCause, RecordedAnswer, RecordedVerdict};
 use crate::seal::{Asks, SealedTruth};
 use serde::Serialize;
-use softdock_kernels::effects::{GROUPS, code, share_group};
+use softdock_kernels::effects::{GROUPS, share_group};
 
 /// Grade of an answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
@@ -167,8 +167,7 @@ fn ambiguous(plant: &GauntletPlant, truth: &SealedTruth, answer: &RecordedAnswer
 
 /// Returns whether a proposed experiment is that of a group of the effect.
 fn splits(hidden: &str, proposed: &str) -> bool {
-    let has = |members: &[&str]| members.iter().any(|member| code(member) == code(hidden));
-    GROUPS.iter().any(|group| has(group.members) && proposed.contains(group.splits))
+    GROUPS.iter().any(|group| group.has(hidden) && proposed.contains(group.splits))
 }
 
 /// Returns whether all findings are in blocks with a hidden effect; `None` without findings or hidden effects.

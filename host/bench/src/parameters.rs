@@ -65,10 +65,11 @@ fn of_cause(
     hidden: &Hidden,
     found: &NamedCause,
 ) -> impl Iterator<Item = ParameterError> {
-    plant.aliases(&hidden.id).filter_map(move |alias| one(alias, truth, hidden, &found.parameters))
+    plant.aliases(&hidden.id).filter_map(move |alias| one(plant, alias, truth, hidden, &found.parameters))
 }
 
 fn one(
+    plant: &GauntletPlant,
     alias: &Alias,
     truth: &SealedTruth,
     hidden: &Hidden,
@@ -78,11 +79,13 @@ fn one(
     let parameter = &hidden.parameters[place];
     let estimates: Vec<&RecordedEstimate> =
         alias.fields.iter().map(|field| found.get(*field)).collect::<Option<_>>()?;
-    let [expected, own] = expected(alias, truth, hidden, parameter.value, estimates[0].nominal)?;
+    let [least, own] = expected(alias, truth, hidden, parameter.value, estimates[0].nominal)?;
     let value = match estimates[..] {
         [only] => only.value,
         _ => estimates.iter().map(|own| own.value * own.value).sum::<f64>().sqrt(),
     };
+    let most = if place == 0 { least + plant.grown(&hidden.id, &truth.perturbations) } else { least };
+    let expected = value.clamp(least.min(most), least.max(most));
     let sd = deviation(&estimates, value);
     let error = (value - expected).abs();
     Some(ParameterError {
@@ -190,6 +193,21 @@ mod tests {
             is_about(&PLANTS[0], &truth, &truth.perturbations[0], &answer.effects[0])
         };
         assert_eq!([20.4, 20.7, 22.0, 19.5].map(named), [true, true, false, false]);
+    }
+
+    #[test]
+    fn load_friction_that_comes_with_warming_up_adds_to_that_of_the_cold_machine() {
+        let mut truth = truth(Asks::Null, &[]);
+        let perturbation =
+            |id: &str| Hidden { id: id.to_owned(), scale: None, parameters: vec![number("share", 0.04, "")] };
+        truth.perturbations = vec![perturbation("J5_load_friction"), perturbation("temperature_load")];
+        let named = |value: f64| {
+            let mut answer = answer(RecordedVerdict::Named, &["J5_load_friction"]);
+            let estimate = RecordedEstimate { value, lo: value - 0.001, hi: value + 0.001, sd: 0.0005, nominal: 0.0 };
+            answer.effects[0].parameters.insert("load_coefficient".to_owned(), estimate);
+            is_about(&PLANTS[0], &truth, &truth.perturbations[0], &answer.effects[0])
+        };
+        assert_eq!([0.01, 0.03, 0.07, 0.09, 0.12].map(named), [false, true, true, true, false]);
     }
 
     #[test]

@@ -261,12 +261,14 @@ impl Case {
     }
 
     /// Returns the seed of the recordings. Cases with the same effect and draw differ only in size, and pairs of a draw
-    /// only in their effects, so that detection limits are computed once.
+    /// only in their effects, so that detection limits are computed once. A perturbed machine has one pair alone: its
+    /// perturbations would decide all of them.
     pub fn seed(&self) -> u64 {
         let hidden = match self.task {
-            CaseTask::Null => "",
-            CaseTask::Effect(effect) | CaseTask::Outside(effect) | CaseTask::LeftOut(effect) => effect.id,
-            CaseTask::Pair(..) => "pairs",
+            CaseTask::Null => String::new(),
+            CaseTask::Effect(effect) | CaseTask::Outside(effect) | CaseTask::LeftOut(effect) => effect.id.to_owned(),
+            CaseTask::Pair(a, b) if self.machine == MachineKind::Perturbed => format!("{}+{}", a.id, b.id),
+            CaseTask::Pair(..) => "pairs".to_owned(),
         };
         seed(&format!("{} {}{hidden} {}", self.plant.name, self.machine.prefix(), self.draw))
     }

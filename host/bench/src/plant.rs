@@ -2,6 +2,7 @@
 //!
 //! A new plant is one more row: its rig, the blocks of its effects, and the comparable parameters.
 
+use crate::seal::Hidden;
 use softdock_gauntlet::{EffectCase, Rig, effects, outside};
 use softdock_kernels::effects::{GROUPS, code};
 
@@ -18,6 +19,8 @@ pub struct GauntletPlant {
     unknown: &'static [&'static str],
     /// Forms outside the generator's catalogue that a hypothesis of the library describes.
     close: &'static [(&'static str, &'static str)],
+    /// Forms outside the catalogue that grow while a machine is recorded, and the effect whose size they add to.
+    grows: &'static [(&'static str, &'static str)],
     /// Comparable parameters.
     aliases: &'static [Alias],
     /// Whether baseline methods run on it.
@@ -95,6 +98,7 @@ pub const PLANTS: &[GauntletPlant] = &[
         ],
         unknown: &[],
         close: &[("stribeck_squared", "J3_stribeck")],
+        grows: &[("temperature_load", "J5_load_friction")],
         aliases: &[
             on_nominal("J1_coulomb", "level", &["coulomb"], "coulomb_factor"),
             on_nominal("J2_viscous", "viscous", &["viscous"], "viscous_factor"),
@@ -131,6 +135,7 @@ pub const PLANTS: &[GauntletPlant] = &[
         blocks: &[("", "R3 torque to motion, axis 2")],
         unknown: &[],
         close: &[],
+        grows: &[],
         aliases: &[
             on_nominal("J1_coulomb", "level", &["coulomb"], "coulomb_factor"),
             on_nominal("J2_viscous", "viscous", &["viscous"], "viscous_factor"),
@@ -152,6 +157,7 @@ pub const PLANTS: &[GauntletPlant] = &[
         blocks: &[("", "R5 force to reading")],
         unknown: &[],
         close: &[],
+        grows: &[],
         aliases: &[
             alias("S1_bias", "force", &["bias_force_x"], From::Along("unit_x", "bias_force_x")),
             alias("S1_bias", "force", &["bias_force_y"], From::Along("unit_y", "bias_force_y")),
@@ -186,6 +192,7 @@ pub const PLANTS: &[GauntletPlant] = &[
         blocks: &[("", "R5 motion to force")],
         unknown: &["K9_plastic"],
         close: &[],
+        grows: &[],
         aliases: &[
             on_nominal("K1_stiffness", "stiffness", &["stiffness"], "stiffness_factor"),
             on_model("K2_exponent", "exponent_excess", &["exponent"]),
@@ -209,6 +216,7 @@ pub const PLANTS: &[GauntletPlant] = &[
         blocks: &[("", "R1 command sent to command received")],
         unknown: &[],
         close: &[],
+        grows: &[],
         aliases: &[
             same("C1_transport_delay", "delay", &["delay"]),
             same("C2_lag", "time_constant", &["lag"]),
@@ -227,6 +235,7 @@ pub const PLANTS: &[GauntletPlant] = &[
         blocks: &[("", "R6 wrench to motion")],
         unknown: &[],
         close: &[],
+        grows: &[],
         aliases: &[
             on_nominal("P1_mass", "mass", &["mass"], "mass_factor"),
             alias("P1_centre", "offset", &["centre_x"], From::Drawn("centre_x")),
@@ -254,6 +263,7 @@ pub const PLANTS: &[GauntletPlant] = &[
         blocks: &[("C", "R2 command to motion"), ("robot_", "R2 command to motion"), ("", "R5 motion to wrench")],
         unknown: &[],
         close: &[],
+        grows: &[],
         aliases: &[
             on_nominal("C1_transport_delay", "delay", &["loop_delay"], "loop_delay_factor"),
             on_model("C2_lag", "lag", &["robot1_lag"]),
@@ -295,6 +305,12 @@ impl GauntletPlant {
         own || self.close.iter().any(|(form, name)| *form == hidden && code(name) == code(named))
     }
 
+    /// Returns by how much perturbations of the machine let the size of an effect grow while it is recorded.
+    pub(crate) fn grown(&self, effect: &str, perturbations: &[Hidden]) -> f64 {
+        let adds = |own: &&Hidden| self.grows.contains(&(own.id.as_str(), effect));
+        perturbations.iter().filter(adds).filter_map(|own| own.parameters.first()).map(|size| size.value).sum()
+    }
+
     /// Returns the comparable parameters of a hidden effect.
     pub fn aliases(&self, hidden: &str) -> impl Iterator<Item = &'static Alias> + use<'_> {
         let hidden = hidden.to_owned();
@@ -317,8 +333,7 @@ pub fn order(id: &str) -> (bool, String, u32, String) {
 
 /// Returns whether an effect has zero mean, so that differences of recordings do not show it.
 pub fn is_random(id: &str) -> bool {
-    let random = GROUPS.iter().find(|group| group.id == "G9");
-    random.is_some_and(|group| group.members.iter().any(|member| code(member) == code(id)))
+    GROUPS.iter().any(|group| group.id == "G9" && group.has(id))
 }
 
 /// Returns whether an effect masks others: noise and quantisation.
