@@ -148,7 +148,7 @@ are confounded in some data.
     ];
     for (block, title, place) in blocks {
         let _ = write!(out, "\n## {title}\n\nPlace in the loop: {place}.\n\n");
-        header(&mut out, &["effect", "component", "name", "parameters (null value)", "group"]);
+        header(&mut out, &["effect", "component", "name", "parameters (null value)", "groups"]);
         for effect in EFFECTS.iter().filter(|effect| effect.block == block) {
             let named = effect.parameters.iter().map(|parameter| match parameter.null {
                 Null::OfRow => {
@@ -161,7 +161,13 @@ are confounded in some data.
             let named: Vec<String> = named.collect();
             row(
                 &mut out,
-                &[&format!("`{}`", effect.id), effect.component, &cell(effect.name), &named.join(", "), effect.group],
+                &[
+                    &format!("`{}`", effect.id),
+                    effect.component,
+                    &cell(effect.name),
+                    &named.join(", "),
+                    effect.groups[0],
+                ],
             );
         }
     }

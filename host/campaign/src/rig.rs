@@ -270,7 +270,7 @@ fn columns(
 fn with_effects<B: Bundle<f64>>(c: &mut Checker, prismatic: bool, file: &RigFile, mut values: B) -> B {
     for written in &file.effect {
         let row = EFFECTS.iter().chain(BENCH_EFFECTS).find(|effect| effect.id == written.id.value);
-        if is_known(c, written) && row.is_some_and(|effect| effect.group != RANDOM) {
+        if is_known(c, written) && row.is_some_and(|effect| effect.groups[0] != RANDOM) {
             values = with_parameters(c, prismatic, written, &values);
         }
     }

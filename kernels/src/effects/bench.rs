@@ -64,5 +64,5 @@ const fn of(
     name: &'static str,
     source: &'static str,
 ) -> Effect {
-    Effect { id, block, component, name, parameters: &[], source, group: "own" }
+    Effect { id, block, component, name, parameters: &[], source, groups: &["own"] }
 }

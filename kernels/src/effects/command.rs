@@ -5,7 +5,7 @@ use super::{EffectParameter, Null, Row, at, row};
 pub(super) const ROWS: &[Row] = &[
     row(
         "C1_transport_delay",
-        "G1",
+        &["G1"],
         "command path",
         "transport delay",
         &[EffectParameter { field: "loop_delay", null: Null::OwnDelay, scale: 0.016 }],
@@ -13,16 +13,23 @@ pub(super) const ROWS: &[Row] = &[
     ),
     row(
         "C3_jitter",
-        "G9",
+        &["G9"],
         "command path",
         "transport jitter",
         &[at("delay_jitter", 0.001)],
         "0.25-2 ms on industrial command links",
     ),
-    row("C4_drops", "G9", "command path", "dropped packets", &[at("drop_probability", 0.01)], "engineering judgement"),
+    row(
+        "C4_drops",
+        &["G9"],
+        "command path",
+        "dropped packets",
+        &[at("drop_probability", 0.01)],
+        "engineering judgement",
+    ),
     row(
         "C5_clock_skew",
-        "G1",
+        &["G1", "G8"],
         "clocks",
         "unequal rates: the delay grows with time",
         &[at("clock_skew", 1e-4)],
@@ -30,7 +37,7 @@ pub(super) const ROWS: &[Row] = &[
     ),
     row(
         "C6_hold",
-        "G1",
+        &["G1"],
         "command path",
         "commands that are held, not interpolated",
         &[at("command_hold", 0.004)],
@@ -38,7 +45,7 @@ pub(super) const ROWS: &[Row] = &[
     ),
     row(
         "C7_rate_limit",
-        "own",
+        &["own"],
         "command path",
         "greatest speed of the tools",
         &[at("tool_speed_limit", 0.25), at("tool_rotation_limit", 1.0)],

@@ -5,7 +5,7 @@ use super::{Row, at, row, shape};
 pub(super) const ROWS: &[Row] = &[
     row(
         "K1_stiffness",
-        "G10",
+        &["G10"],
         "surface",
         "stiffness error",
         &[at("contact_stiffness_error", 0.2)],
@@ -13,16 +13,23 @@ pub(super) const ROWS: &[Row] = &[
     ),
     row(
         "K2_exponent",
-        "G10",
+        &["G10"],
         "surface",
         "error of the exponent of force over depth; none at a depth of 1 mm",
         &[at("contact_exponent_error", 0.2)],
         "between a flat punch (1) and a sphere (1.5), engineering judgement",
     ),
-    row("K3_damping", "G10", "surface", "damping error", &[at("contact_damping_error", 0.3)], "engineering judgement"),
+    row(
+        "K3_damping",
+        &["G10"],
+        "surface",
+        "damping error",
+        &[at("contact_damping_error", 0.3)],
+        "engineering judgement",
+    ),
     row(
         "K4_friction",
-        "G3",
+        &["G3", "G11"],
         "surface",
         "friction error",
         &[at("contact_friction_error", 0.3)],
@@ -30,7 +37,7 @@ pub(super) const ROWS: &[Row] = &[
     ),
     row(
         "K5_stribeck",
-        "G3",
+        &["G3"],
         "surface",
         "friction that falls with the sliding speed",
         &[at("contact_stribeck", 0.3), shape("contact_stribeck_speed", 0.01)],
@@ -38,7 +45,7 @@ pub(super) const ROWS: &[Row] = &[
     ),
     row(
         "K6_anisotropy",
-        "G3",
+        &["G3"],
         "surface",
         "friction that depends on the direction of sliding",
         &[at("contact_anisotropy", 0.2)],
@@ -46,7 +53,7 @@ pub(super) const ROWS: &[Row] = &[
     ),
     row(
         "K7_surface_offset",
-        "G6",
+        &["G6", "G1"],
         "mount",
         "place of the parts on the robots",
         &[at("place_error_x", 2e-4), at("place_error_y", 2e-4), at("place_error_z", 2e-4)],
@@ -54,7 +61,7 @@ pub(super) const ROWS: &[Row] = &[
     ),
     row(
         "K8_adhesion",
-        "own",
+        &["own"],
         "surface",
         "tension before the parts separate",
         &[at("contact_adhesion", 2.0)],
@@ -62,7 +69,7 @@ pub(super) const ROWS: &[Row] = &[
     ),
     row(
         "K10_fixture",
-        "G2",
+        &["G2", "G10"],
         "fixture",
         "compliance with a resonance",
         &[at("fixture_compliance", 1e-6), shape("fixture_frequency", 40.0), shape("fixture_damping", 0.02)],

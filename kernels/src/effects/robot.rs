@@ -5,7 +5,7 @@ use super::{Row, at, row, shape};
 pub(super) const ROWS: &[Row] = &[
     row(
         "C2_lag",
-        "G1",
+        &["G1"],
         "position loop",
         "lag",
         &[at("robot1_lag", 0.02), at("robot2_lag", 0.02), at("rail_lag", 0.05)],
@@ -13,7 +13,7 @@ pub(super) const ROWS: &[Row] = &[
     ),
     row(
         "J1_coulomb",
-        "G3",
+        &["G3"],
         "drive",
         "Coulomb friction",
         &[at("robot1_coulomb_error", 0.2), at("robot2_coulomb_error", 0.2)],
@@ -21,7 +21,7 @@ pub(super) const ROWS: &[Row] = &[
     ),
     row(
         "J2_viscous",
-        "G3",
+        &["G3", "G1"],
         "drive",
         "viscous friction",
         &[at("robot1_viscous_error", 0.3), at("robot2_viscous_error", 0.3)],
@@ -29,7 +29,7 @@ pub(super) const ROWS: &[Row] = &[
     ),
     row(
         "J3_stribeck",
-        "G3",
+        &["G3"],
         "drive",
         "static friction beyond Coulomb's",
         &[at("robot1_stribeck", 1.0), at("robot2_stribeck", 1.0)],
@@ -37,7 +37,7 @@ pub(super) const ROWS: &[Row] = &[
     ),
     row(
         "J4_presliding",
-        "G3",
+        &["G3", "G4"],
         "drive",
         "travel before sliding",
         &[at("robot1_presliding", 1.0), at("robot2_presliding", 1.0)],
@@ -45,7 +45,7 @@ pub(super) const ROWS: &[Row] = &[
     ),
     row(
         "J5_load_friction",
-        "G3",
+        &["G3", "G5"],
         "gear",
         "friction that grows with the load",
         &[at("robot1_load_friction", 0.02), at("robot2_load_friction", 0.02)],
@@ -53,7 +53,7 @@ pub(super) const ROWS: &[Row] = &[
     ),
     row(
         "J6_temperature",
-        "G3",
+        &["G3", "G8"],
         "drive",
         "friction that is higher until the drives are warm",
         &[
@@ -66,7 +66,7 @@ pub(super) const ROWS: &[Row] = &[
     ),
     row(
         "J7_backlash",
-        "G4",
+        &["G4"],
         "gear",
         "backlash",
         &[at("robot1_backlash", 1.0), at("robot2_backlash", 1.0)],
@@ -74,7 +74,7 @@ pub(super) const ROWS: &[Row] = &[
     ),
     row(
         "J8_elasticity",
-        "G2",
+        &["G2", "G4"],
         "gear",
         "elasticity",
         &[at("robot1_gear_compliance", 1.0), at("robot2_gear_compliance", 1.0)],
@@ -82,7 +82,7 @@ pub(super) const ROWS: &[Row] = &[
     ),
     row(
         "J9_torque_ripple",
-        "G7",
+        &["G7"],
         "motor",
         "torque ripple",
         &[at("robot1_torque_ripple", 0.01), at("robot2_torque_ripple", 0.01)],
@@ -90,7 +90,7 @@ pub(super) const ROWS: &[Row] = &[
     ),
     row(
         "J10_transmission_error",
-        "G7",
+        &["G7"],
         "gear",
         "transmission error",
         &[at("robot1_transmission_error", 0.0001), at("robot2_transmission_error", 0.0001)],
@@ -98,7 +98,7 @@ pub(super) const ROWS: &[Row] = &[
     ),
     row(
         "J11_torque_constant",
-        "G5",
+        &["G5"],
         "motor",
         "torque constant",
         &[at("robot1_torque_constant_error", 0.05), at("robot2_torque_constant_error", 0.05)],
@@ -106,7 +106,7 @@ pub(super) const ROWS: &[Row] = &[
     ),
     row(
         "J12_current_loop",
-        "G1",
+        &["G1"],
         "current loop",
         "lag",
         &[at("robot1_current_lag", 0.000265), at("robot2_current_lag", 0.000265)],
@@ -114,7 +114,7 @@ pub(super) const ROWS: &[Row] = &[
     ),
     row(
         "J13_saturation",
-        "own",
+        &["own"],
         "motor",
         "torque or speed below its data sheet",
         &[
@@ -127,7 +127,7 @@ pub(super) const ROWS: &[Row] = &[
     ),
     row(
         "J14_payload",
-        "G5",
+        &["G5"],
         "flange",
         "mass that the feedforward does not know",
         &[
@@ -144,7 +144,7 @@ pub(super) const ROWS: &[Row] = &[
     ),
     row(
         "J15_link_inertia",
-        "G5",
+        &["G5", "G1"],
         "links",
         "inertia error of the feedforward",
         &[at("robot1_model_inertia_error", 0.1), at("robot2_model_inertia_error", 0.1)],
@@ -152,7 +152,7 @@ pub(super) const ROWS: &[Row] = &[
     ),
     row(
         "J16_gravity_compensation",
-        "G5",
+        &["G5", "G6"],
         "links",
         "gravity error of the feedforward",
         &[at("robot1_model_gravity_error", 0.1), at("robot2_model_gravity_error", 0.1)],
@@ -160,7 +160,7 @@ pub(super) const ROWS: &[Row] = &[
     ),
     row(
         "J17_cable_drag",
-        "G5",
+        &["G5", "G4", "G6"],
         "cables and hoses",
         "spring and hysteresis along the arm",
         &[
@@ -173,7 +173,7 @@ pub(super) const ROWS: &[Row] = &[
     ),
     row(
         "J18_drive_offset",
-        "G6",
+        &["G6", "G3"],
         "drive",
         "torque offset and friction that depends on the direction",
         &[
@@ -186,7 +186,7 @@ pub(super) const ROWS: &[Row] = &[
     ),
     row(
         "J19_friction_compensation",
-        "G3",
+        &["G3"],
         "feedforward",
         "friction error",
         &[at("robot1_model_friction_error", 0.2), at("robot2_model_friction_error", 0.2)],

@@ -5,7 +5,7 @@ use super::{Row, at, row};
 pub(super) const ROWS: &[Row] = &[
     row(
         "S1_bias",
-        "G6",
+        &["G6"],
         "sensor",
         "bias",
         &[
@@ -20,7 +20,7 @@ pub(super) const ROWS: &[Row] = &[
     ),
     row(
         "S2_drift",
-        "G6",
+        &["G6", "G8"],
         "sensor",
         "drift",
         &[
@@ -35,7 +35,7 @@ pub(super) const ROWS: &[Row] = &[
     ),
     row(
         "S3_gain",
-        "G5",
+        &["G5", "G10", "G11"],
         "sensor",
         "gain error",
         &[
@@ -50,7 +50,7 @@ pub(super) const ROWS: &[Row] = &[
     ),
     row(
         "S4_crosstalk",
-        "G6",
+        &["G6"],
         "sensor",
         "crosstalk",
         &[at("sensor_crosstalk", 0.02)],
@@ -58,7 +58,7 @@ pub(super) const ROWS: &[Row] = &[
     ),
     row(
         "S5_low_pass",
-        "G1",
+        &["G1", "G10"],
         "sensor",
         "low-pass and delay",
         &[at("sensor_lag", 0.002), at("sensor_delay_error", 0.001)],
@@ -66,7 +66,7 @@ pub(super) const ROWS: &[Row] = &[
     ),
     row(
         "S6_quantisation",
-        "own",
+        &["own"],
         "sensor",
         "quantisation and saturation",
         &[
@@ -79,7 +79,7 @@ pub(super) const ROWS: &[Row] = &[
     ),
     row(
         "S7_noise",
-        "G9",
+        &["G9"],
         "sensor",
         "noise",
         &[at("sensor_noise_force", 1.0), at("sensor_noise_moment", 0.1)],
@@ -87,7 +87,7 @@ pub(super) const ROWS: &[Row] = &[
     ),
     row(
         "S8_load",
-        "G6",
+        &["G6"],
         "load compensation",
         "weight and inertia of part A behind the sensor",
         &[
@@ -100,7 +100,7 @@ pub(super) const ROWS: &[Row] = &[
     ),
     row(
         "S9_tare",
-        "G6",
+        &["G6"],
         "sensor",
         "error of the tare before the run",
         &[

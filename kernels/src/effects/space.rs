@@ -5,7 +5,7 @@ use super::{Row, at, row, shape};
 pub(super) const ROWS: &[Row] = &[
     row(
         "P1_mass",
-        "G5",
+        &["G5"],
         "body",
         "mass, inertia and centre of mass",
         &[
@@ -19,7 +19,7 @@ pub(super) const ROWS: &[Row] = &[
     ),
     row(
         "P2_slosh",
-        "G2",
+        &["G2"],
         "tank",
         "propellant that sways",
         &[at("slosh_share", 0.1), shape("slosh_frequency", 0.5), shape("slosh_damping", 0.02)],
@@ -27,7 +27,7 @@ pub(super) const ROWS: &[Row] = &[
     ),
     row(
         "P3_appendage",
-        "G2",
+        &["G2"],
         "appendage",
         "flexibility",
         &[at("appendage_share", 0.05), shape("appendage_frequency", 3.0), shape("appendage_damping", 0.005)],

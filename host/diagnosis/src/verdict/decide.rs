@@ -237,9 +237,9 @@ impl Context<'_> {
 
     /// The effects not in the library that share any group with one of the best's.
     fn missing_partners(&self, best: &Candidate, missing: &[&'static str]) -> Vec<&'static str> {
-        let is_found = |group: &Group| best.hypotheses.iter().any(|number| group.members.contains(&self.id(*number)));
+        let is_found = |group: &Group| best.hypotheses.iter().any(|number| group.has(self.id(*number)));
         let groups = || GROUPS.iter().filter(|group| group.id != "own" && is_found(group));
-        let partners = missing.iter().filter(|id| groups().any(|group| group.members.contains(id)));
+        let partners = missing.iter().filter(|id| groups().any(|group| group.has(id)));
         // Several hypotheses may be forms of one effect.
         partners.copied().collect::<BTreeSet<_>>().into_iter().collect()
     }

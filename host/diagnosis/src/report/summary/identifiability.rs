@@ -83,7 +83,7 @@ pub(super) fn motions(blocks: &[BlockIdentifiability]) -> Vec<String> {
     let open = || rows().filter(|row| is_open(row) && row.session.is_none()).filter_map(|row| row.id);
     let step = |group: &Group| {
         // Each effect once, in the group that it belongs to first.
-        let is_own = |id: &&'static str| row_of(id).is_some_and(|effect| effect.group == group.id);
+        let is_own = |id: &&'static str| row_of(id).is_some_and(|effect| effect.groups[0] == group.id);
         let names: BTreeSet<String> = open().filter(is_own).map(words_and_id).collect();
         (!names.is_empty()).then(|| line(joined(names), group.splits))
     };
