@@ -166,7 +166,7 @@ are confounded in some data.
                     effect.component,
                     &cell(effect.name),
                     &named.join(", "),
-                    effect.groups[0],
+                    &effect.groups.join(", "),
                 ],
             );
         }
