@@ -38,7 +38,7 @@ pub(super) fn summed(prepared: Prepared, blocks: Vec<BlockAnswer>, numerical_err
 fn splitting(blocks: &[BlockAnswer]) -> Option<String> {
     let ambiguous = blocks.iter().find(|block| block.answer == DiagnosisVerdict::Ambiguous)?;
     let groups = softdock_kernels::effects::GROUPS.iter().filter(|group| {
-        let found = ambiguous.effects.iter().filter(|effect| group.has(&effect.id)).count();
+        let found = ambiguous.effects.iter().filter(|effect| group.has(effect.id)).count();
         let missing = ambiguous.partner_missing.iter().any(|id| group.has(id));
         group.id != "own" && found >= if missing { 1 } else { 2 }
     });
