@@ -84,7 +84,7 @@ fn one(
         [only] => only.value,
         _ => estimates.iter().map(|own| own.value * own.value).sum::<f64>().sqrt(),
     };
-    let most = if place == 0 { least + plant.grown(&hidden.id, &truth.perturbations) } else { least };
+    let most = if place == 0 { least + grown(plant, &hidden.id, &truth.perturbations) } else { least };
     let expected = value.clamp(least.min(most), least.max(most));
     let sd = deviation(&estimates, value);
     let error = (value - expected).abs();
@@ -101,6 +101,12 @@ fn one(
         by_bound: sd.map(|sd| error / sd),
         held: (estimates.len() == 1).then(|| (estimates[0].lo..=estimates[0].hi).contains(&expected)),
     })
+}
+
+/// By how much perturbations of the machine let the size of an effect grow while it is recorded.
+fn grown(plant: &GauntletPlant, effect: &str, perturbations: &[Hidden]) -> f64 {
+    let adds = |own: &&Hidden| plant.grows.contains(&(own.id.as_str(), effect));
+    perturbations.iter().filter(adds).filter_map(|own| own.parameters.first()).map(|size| size.value).sum()
 }
 
 /// Of a parameter that the fitter has under several names, which one.

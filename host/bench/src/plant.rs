@@ -2,7 +2,6 @@
 //!
 //! A new plant is one more row: its rig, the blocks of its effects, and the comparable parameters.
 
-use crate::seal::Hidden;
 use softdock_gauntlet::{EffectCase, Rig, effects, outside};
 use softdock_kernels::effects::{GROUPS, code};
 
@@ -20,7 +19,7 @@ pub struct GauntletPlant {
     /// Forms outside the generator's catalogue that a hypothesis of the library describes.
     close: &'static [(&'static str, &'static str)],
     /// Forms outside the catalogue that grow while a machine is recorded, and the effect whose size they add to.
-    grows: &'static [(&'static str, &'static str)],
+    pub(crate) grows: &'static [(&'static str, &'static str)],
     /// Comparable parameters.
     aliases: &'static [Alias],
     /// Whether baseline methods run on it.
@@ -303,12 +302,6 @@ impl GauntletPlant {
     pub fn is_right(&self, hidden: &str, named: &str) -> bool {
         let own = self.effects().any(|effect| effect.id == hidden) && code(hidden) == code(named);
         own || self.close.iter().any(|(form, name)| *form == hidden && code(name) == code(named))
-    }
-
-    /// Returns by how much perturbations of the machine let the size of an effect grow while it is recorded.
-    pub(crate) fn grown(&self, effect: &str, perturbations: &[Hidden]) -> f64 {
-        let adds = |own: &&Hidden| self.grows.contains(&(own.id.as_str(), effect));
-        perturbations.iter().filter(adds).filter_map(|own| own.parameters.first()).map(|size| size.value).sum()
     }
 
     /// Returns the comparable parameters of a hidden effect.
