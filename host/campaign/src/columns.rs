@@ -15,6 +15,8 @@ pub struct RecordedColumn {
     pub factor: f64,
     /// Added in SI.
     pub offset: f64,
+    /// SI unit of the signal.
+    pub unit: &'static str,
 }
 
 impl RecordedColumn {
@@ -47,6 +49,6 @@ impl RecordedColumn {
         };
         let scale = c.number_or(&t.scale, 1.0, "1", Range::size(1e9));
         let offset = c.number_or(&t.offset, 0.0, si, Range::size(1e9));
-        Some(Self { name: t.column.value.clone(), factor: factor * scale, offset })
+        Some(Self { name: t.column.value.clone(), factor: factor * scale, offset, unit: si })
     }
 }

@@ -1,7 +1,7 @@
 //! Recording of a rig: its signals in SI units on an even grid, with findings about the conversion.
 
 use crate::data::clock::{EvenRecording, EvenSegment, FEWEST_BETWEEN_GAPS, SignalTable};
-use crate::data::outliers::isolated;
+use crate::data::outliers::{isolated, isolated_positions};
 use crate::data::quality::RecordingQuality;
 use crate::data::stamps::with_clock;
 use crate::data::table::{Gaps, Named, ReadTable, Wanted};
@@ -134,7 +134,11 @@ fn in_si(rig: &Rig, table: &ReadTable, findings: &mut FindingLog) -> SignalTable
         // Dates are in seconds already, whatever the unit of the column.
         let factor = if table.has_dates && name == "t" { 1.0 } else { column.factor };
         let mut values: Vec<f64> = recorded.iter().map(|value| value * factor + column.offset).collect();
-        let found = if ["t", "experiment"].contains(&name.as_str()) { Vec::new() } else { isolated(&values) };
+        let found = match (name.as_str(), column.unit) {
+            ("t" | "experiment", _) => Vec::new(),
+            (_, "m" | "rad") => isolated_positions(&values),
+            _ => isolated(&values),
+        };
         if !found.is_empty() {
             let cell = |row: &usize| format!("{}: {}", table.place(*row), recorded[*row]);
             let listed: Vec<String> = found.iter().take(LISTED).map(cell).collect();

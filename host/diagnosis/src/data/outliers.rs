@@ -1,32 +1,74 @@
-//! Isolated outliers of recordings: single cells far from neighbours that agree with each other.
+//! Isolated outliers of recordings: cells far from neighbours that agree with each other.
 
 /// Quantile of the second differences of a signal, and how many times a damaged cell is off by it at least.
 const USUAL: f64 = 0.97;
-const OFF: f64 = 15.0;
-/// Share of its deviation up to which the cells around a damaged one agree.
+const OFF: f64 = 8.0;
+/// Share of its deviation by which the course around a damaged cell bends at most.
 const AGREE: f64 = 0.1;
 
-/// Returns the rows of isolated outliers. The two numbers on either side of an outlier agree with each other: an impact
-/// or a jump of the motion takes several samples. Rows without a number are passed over.
+/// Samples to either side of one that a position is compared with.
+const AROUND: usize = 3;
+/// How many times their median deviation from their median a position is off by at least.
+const BEYOND: f64 = 10.0;
+
+/// Returns the rows of isolated outliers of a position: those of any signal, and up to three in a row or close to each
+/// other, since no body leaves its course for some samples and is back.
+pub(crate) fn isolated_positions(values: &[f64]) -> Vec<usize> {
+    let rows: Vec<usize> = (0..values.len()).filter(|row| values[*row].is_finite()).collect();
+    let numbers: Vec<f64> = rows.iter().map(|row| values[*row]).collect();
+    let Some(limit) = limit(&numbers) else { return Vec::new() };
+    let is_off = |place: usize| {
+        let around = &numbers[place - AROUND..=place + AROUND];
+        let middle = median(around.to_vec());
+        let off = (numbers[place] - middle).abs();
+        off > limit && off > BEYOND * median(around.iter().map(|value| (value - middle).abs()).collect())
+    };
+    let inner = AROUND..numbers.len().saturating_sub(AROUND);
+    let mut found: Vec<usize> = inner.filter(|place| is_off(*place)).chain(isolated_numbers(&numbers)).collect();
+    found.sort_unstable();
+    found.dedup();
+    found.into_iter().map(|place| rows[place]).collect()
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}
+
+/// Returns the rows of isolated outliers. The numbers on either side of an outlier lie on one smooth course: an impact or a
+/// jump of the motion takes several samples. Rows without a number are passed over.
 pub(crate) fn isolated(values: &[f64]) -> Vec<usize> {
     let rows: Vec<usize> = (0..values.len()).filter(|row| values[*row].is_finite()).collect();
     let numbers: Vec<f64> = rows.iter().map(|row| values[*row]).collect();
     isolated_numbers(&numbers).into_iter().map(|place| rows[place]).collect()
 }
 
-fn isolated_numbers(values: &[f64]) -> Vec<usize> {
-    let deviation = |row: usize| (values[row] - 0.5 * (values[row - 1] + values[row + 1])).abs();
+/// Distance of a sample from the middle of its neighbours.
+fn deviation(values: &[f64], row: usize) -> f64 {
+    (values[row] - 0.5 * (values[row - 1] + values[row + 1])).abs()
+}
+
+/// Distance beyond which a sample is off; `None` for too few samples.
+fn limit(values: &[f64]) -> Option<f64> {
     let inner = 2..values.len().saturating_sub(2);
-    let mut usual: Vec<f64> = inner.clone().map(deviation).filter(|deviation| deviation.is_finite()).collect();
-    if usual.is_empty() {
-        return Vec::new();
-    }
+    let mut usual: Vec<f64> = inner.map(|row| deviation(values, row)).filter(|own| own.is_finite()).collect();
     usual.sort_by(f64::total_cmp);
-    let limit = OFF * usual[((usual.len() - 1) as f64 * USUAL) as usize];
+    let last = usual.len().checked_sub(1)?;
+    Some(OFF * usual[(last as f64 * USUAL) as usize])
+}
+
+fn isolated_numbers(values: &[f64]) -> Vec<usize> {
+    let Some(limit) = limit(values) else { return Vec::new() };
+    let deviation = |row: usize| deviation(values, row);
+    let inner = 2..values.len().saturating_sub(2);
     let is_isolated = |row: &usize| {
-        let off = deviation(*row);
-        let agree = |a: usize, b: usize| (values[a] - values[b]).abs() < AGREE * off;
-        off > limit && agree(row - 1, row + 1) && agree(row - 2, row - 1) && agree(row + 1, row + 2)
+        let (row, off) = (*row, deviation(*row));
+        // On either side of what belongs here the course is as smooth as usual: an impact is not.
+        let here = 0.5 * (values[row - 1] + values[row + 1]);
+        let bend = |from: f64, at: f64, to: f64| (at - 0.5 * (from + to)).abs();
+        let before = bend(values[row - 2], values[row - 1], here);
+        let after = bend(here, values[row + 1], values[row + 2]);
+        off > limit && before.max(after) < AGREE * off
     };
     inner.filter(is_isolated).collect()
 }
@@ -57,6 +99,22 @@ mod tests {
         assert!(isolated(&sparse).is_empty());
         sparse[600] = 1e6;
         assert_eq!(isolated(&sparse), [600]);
+    }
+
+    #[test]
+    fn neighbouring_outliers_of_a_position_are_found() {
+        assert!(isolated_positions(&signal()).is_empty());
+        let mut damaged = signal();
+        for (row, value) in
+            [(300, 4e4), (301, 1.5e5), (700, -999.0), (702, 1e30), (1500, 0.0), (1501, -999.0), (1502, 1e30)]
+        {
+            damaged[row] = value;
+        }
+        assert_eq!(isolated_positions(&damaged), [300, 301, 700, 702, 1500, 1501, 1502]);
+        let jump = |i: i32| if i < 1000 { 0.0 } else { 100.0 };
+        assert!(isolated_positions(&(0..2000).map(jump).collect::<Vec<_>>()).is_empty(), "a jump");
+        let stands = |i: i32| if i < 1000 { 0.0 } else { f64::from(i - 1000).powi(2) };
+        assert!(isolated_positions(&(0..1100).map(stands).collect::<Vec<_>>()).is_empty(), "a start from rest");
     }
 
     #[test]

@@ -3,6 +3,7 @@
 use crate::bench::{Bench, Kind};
 use crate::dialects::MODEL;
 use softdock_campaign::Rig;
+use softdock_diagnosis::DiagnosisError;
 use softdock_diagnosis::diagnosis::{Diagnosis, DiagnosisOptions, prepare};
 use softdock_diagnosis::verdict::answer::DiagnosisVerdict;
 use softdock_kernels::philox;
@@ -38,9 +39,9 @@ fn assert_alike(id: &str, whole: &Diagnosis, cut: &Diagnosis) {
     assert!(hi - lo < 1.5 * (whole[2] - whole[1]), "{id}: {lo} to {hi} beside {whole:?}");
 }
 
-/// Forty seconds of a joint with 12 N m of Coulomb friction and 20 N m s/rad of viscous friction; `motion` selects the
-/// frequencies.
-fn friction_log(motion: u64) -> String {
+/// Rows of a joint with 12 N m of Coulomb friction and 20 N m s/rad of viscous friction, 0.01 s apart; `motion` selects
+/// the frequencies.
+pub(crate) fn friction_log(motion: u64, rows: u32) -> String {
     let row = |i: u32| {
         let t = f64::from(i) * 0.01;
         let (mut q, mut v, mut a) = (0.0, 0.0, 0.0);
@@ -54,10 +55,16 @@ fn friction_log(motion: u64) -> String {
         let tau = 5.4 * a + 20.0 * v + 12.0 * (v / 1e-3).tanh() + 1.5 * noise("tau");
         format!("{t:.7},{:.9},{tau:.7}\n", q + 2e-5 * noise("q"))
     };
-    "t,q1,i1\n".to_owned() + &(0..4000).map(row).collect::<String>()
+    "t,q1,i1\n".to_owned() + &(0..rows).map(row).collect::<String>()
 }
 
 fn friction(change: impl Fn(&str) -> String) -> Diagnosis {
+    let logs = [1, 2].map(|motion| change(&friction_log(motion, 4000)));
+    diagnosed(&logs, &DiagnosisOptions::default()).expect("an answer")
+}
+
+/// The diagnosis of a joint by one recording to learn from and one to judge by.
+pub(crate) fn diagnosed(logs: &[String; 2], options: &DiagnosisOptions) -> Result<Diagnosis, DiagnosisError> {
     let folder = tempfile::tempdir().expect("a folder");
     let write = |name: &str, text: &str| -> PathBuf {
         let file = folder.path().join(name);
@@ -65,10 +72,9 @@ fn friction(change: impl Fn(&str) -> String) -> Diagnosis {
         file
     };
     let rig = Rig::load(&write("rig.toml", MODEL)).expect("a legal model");
-    let [learn, test] = [1, 2].map(|motion| write(&format!("m{motion}.csv"), &change(&friction_log(motion))));
+    let (learn, test) = (write("m1.csv", &logs[0]), write("m2.csv", &logs[1]));
     let (learn, test): ([&Path; 1], [&Path; 1]) = ([&learn], [&test]);
-    let prepared = prepare(rig, &learn, &test, &DiagnosisOptions::default()).expect("good recordings");
-    prepared.diagnose().expect("an answer").0
+    Ok(prepare(rig, &learn, &test, options)?.diagnose()?.0)
 }
 
 #[test]

@@ -8,6 +8,7 @@ mod friction_pair;
 mod gaps;
 mod identifiability;
 mod measured;
+mod outliers;
 mod plausibility;
 mod recordings;
 
