@@ -81,7 +81,7 @@ pub struct Effect {
     pub parameters: &'static [EffectParameter],
     /// Where the plausible size comes from.
     pub source: &'static str,
-    /// Effects of one group look alike in data: the rows of [`GROUPS`] that it belongs to, the nearest first.
+    /// The rows of [`GROUPS`] that it belongs to, the main one first: effects of one group are confounded in some data.
     pub groups: &'static [&'static str],
 }
 

@@ -6,8 +6,7 @@ use crate::source::Source;
 use crate::units::{UnitError, noun, quantity, show, suggestions};
 use crate::written::scenario::InertiaTable;
 use crate::written::{At, Quantities, Quantity, Scalar};
-use softdock_kernels::fields::fields;
-use softdock_kernels::params::Params;
+use softdock_kernels::params;
 use softdock_kernels::range::{ANGLE, INERTIA, LENGTH, Range};
 use softdock_kernels::vector::{Pose, Quat, Sym3, Vec3, vec3};
 use std::ops::Range as Span;
@@ -241,8 +240,7 @@ impl Checker {
 
 /// SI unit of a field of `Params`.
 fn unit_of(field: &str) -> &'static str {
-    let fields = fields::<f64, Params<f64>>();
-    fields.iter().find(|row| row.name == field).map(|row| row.unit).expect("the name of a field of Params")
+    params::row_of(field).expect("the name of a field of Params").unit
 }
 
 /// `"1.5 N"`, or `0.5` for a pure number.

@@ -9,8 +9,8 @@ use crate::units::{noun, quantity, show, suggestions};
 use crate::written::campaign::{CorrelationTable, DispersionTable, DistributionTable, OneOrMore};
 use crate::written::{At, Quantity};
 use nalgebra::DMatrix;
-use softdock_kernels::fields::{Field, fields};
-use softdock_kernels::params::Params;
+use softdock_kernels::fields::Field;
+use softdock_kernels::params;
 use softdock_kernels::range::Range;
 use std::ops::Range as Span;
 
@@ -357,7 +357,7 @@ impl DispersionReader<'_> {
 
 /// The legal range of what may be drawn: of a parameter its own, of a variable any.
 fn legal_draws(name: &str) -> Range {
-    let is_parameter = fields::<f64, Params<f64>>().iter().any(|field| field.name == name);
+    let is_parameter = params::row_of(name).is_some();
     if is_parameter { legal(name) } else { Range::size(ANY) }
 }
 

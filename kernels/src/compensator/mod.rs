@@ -46,6 +46,11 @@ pub(crate) struct ContactLine<R: Real> {
     pub(crate) speed: R,
 }
 
+/// Whether a facility has a compensator at all: without one a lane's state has no numbers of it.
+pub fn compensates(m: &Plant) -> bool {
+    m.facility.compensator.kind != CompensatorKind::None
+}
+
 /// A compensator before the start.
 #[inline(always)]
 pub fn new_compensation<R: Real>() -> Compensation<R> {

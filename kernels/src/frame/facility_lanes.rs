@@ -1,7 +1,7 @@
 //! The facility in lanes: clock, links, robots, sensor and compensator of a tile, whatever number of joints the arm has.
 
 use super::{Batch, FacilityLanes, Interface, all, touch_points, zero_wrench};
-use crate::compensator::{new_compensation, prediction_horizon};
+use crate::compensator::{compensates, new_compensation, prediction_horizon};
 use crate::contact::Pair;
 use crate::delay_line::{Line, line_slots};
 use crate::fields::Bundle;
@@ -388,12 +388,11 @@ impl<L: Lane> FacilityLanes<L> {
         measured: Wrench<L>,
         live: L::Mask,
     ) -> Wrench<L> {
-        let kind = m.facility.compensator.kind;
-        if kind == CompensatorKind::None {
+        if !compensates(m) {
             return measured;
         }
         let mut past = *parts;
-        if kind == CompensatorKind::Smith {
+        if m.facility.compensator.kind == CompensatorKind::Smith {
             let back = prediction_horizon(m, &self.params);
             let whole = back.floor();
             let newer = self.commands.recall(self.step, whole);

@@ -4,7 +4,7 @@
 //! rows of the state buffer, and a tile's way to flat numbers and back follow from the rows.
 
 use super::{Tile, arms::Arms};
-use crate::compensator::Compensation;
+use crate::compensator::{Compensation, compensates};
 use crate::contact::{hil_pair, space_pair};
 use crate::effects::EffectId;
 use crate::fields::{Bundle, Field, bundle_name, fields, from_slice, join, to_vec};
@@ -13,7 +13,6 @@ use crate::impedance::Admittance;
 use crate::lanes::Lane;
 use crate::load::{Load, loaded};
 use crate::manipulator::cell::{Drives, SetPoint};
-use crate::model::CompensatorKind;
 use crate::monitor::Watch;
 use crate::outcome::EndState;
 use crate::params::Params;
@@ -116,7 +115,7 @@ lane_state! {
         admittance: Admittance<L> => facility.admittance;
         load: Load<L>, if loaded(m) => facility.load;
         session: Session<L>, if supervised(m) => facility.session;
-        compensation: Compensation<L>, if m.facility.compensator.kind != CompensatorKind::None => facility.compensation;
+        compensation: Compensation<L>, if compensates(m) => facility.compensation;
     }
     joint level {
         drives_a: Drives<L> => arms.drives[0];

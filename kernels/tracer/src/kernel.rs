@@ -2,6 +2,7 @@
 
 use crate::stages::{functions, structures};
 use crate::wgsl::{Function, Struct};
+use softdock_kernels::compensator::compensates;
 use softdock_kernels::fields::Field;
 use softdock_kernels::fixture::is_compliant;
 use softdock_kernels::frame::lane_state::{StateVariable, bristle_names, end_state_members, state_variables};
@@ -128,7 +129,7 @@ fn constants(plant: &Plant, batch: Batch, slots: usize) -> String {
         SENSOR[1],
         batch.noisy,
         batch.loops == Loops::Both,
-        plant.facility.compensator.kind != CompensatorKind::None,
+        compensates(plant),
         plant.facility.compensator.kind == CompensatorKind::Smith,
         loaded(plant),
         is_compliant(plant),

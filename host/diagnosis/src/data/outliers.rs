@@ -1,5 +1,7 @@
 //! Isolated outliers of recordings: cells far from neighbours that agree with each other.
 
+use crate::data::median;
+
 /// Quantile of the second differences of a signal, and how many times a damaged cell is off by it at least.
 const USUAL: f64 = 0.97;
 const OFF: f64 = 8.0;
@@ -14,38 +16,42 @@ const BEYOND: f64 = 10.0;
 /// Returns the rows of isolated outliers of a position: those of any signal, and up to three in a row or close to each
 /// other, since no body leaves its course for some samples and is back.
 pub(crate) fn isolated_positions(values: &[f64]) -> Vec<usize> {
-    let rows: Vec<usize> = (0..values.len()).filter(|row| values[*row].is_finite()).collect();
-    let numbers: Vec<f64> = rows.iter().map(|row| values[*row]).collect();
-    let Some(limit) = limit(&numbers) else { return Vec::new() };
-    let is_off = |place: usize| {
-        let around = &numbers[place - AROUND..=place + AROUND];
-        let middle = median(around.to_vec());
-        let off = (numbers[place] - middle).abs();
-        off > limit && off > BEYOND * median(around.iter().map(|value| (value - middle).abs()).collect())
-    };
-    let inner = AROUND..numbers.len().saturating_sub(AROUND);
-    let mut found: Vec<usize> = inner.filter(|place| is_off(*place)).chain(isolated_numbers(&numbers)).collect();
-    found.sort_unstable();
-    found.dedup();
-    found.into_iter().map(|place| rows[place]).collect()
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values[values.len() / 2]
+    in_rows(values, |numbers| {
+        let Some(limit) = limit(numbers) else { return Vec::new() };
+        let is_off = |place: &usize| {
+            let around = &numbers[place - AROUND..=place + AROUND];
+            let middle = median(around.to_vec());
+            let off = (numbers[*place] - middle).abs();
+            off > limit && off > BEYOND * median(around.iter().map(|value| (value - middle).abs()).collect())
+        };
+        let inner = AROUND..numbers.len().saturating_sub(AROUND);
+        let mut found: Vec<usize> = inner.filter(is_off).chain(isolated_numbers(numbers)).collect();
+        found.sort_unstable();
+        found.dedup();
+        found
+    })
 }
 
 /// Returns the rows of isolated outliers. The numbers on either side of an outlier lie on one smooth course: an impact or a
 /// jump of the motion takes several samples. Rows without a number are passed over.
 pub(crate) fn isolated(values: &[f64]) -> Vec<usize> {
-    let rows: Vec<usize> = (0..values.len()).filter(|row| values[*row].is_finite()).collect();
-    let numbers: Vec<f64> = rows.iter().map(|row| values[*row]).collect();
-    isolated_numbers(&numbers).into_iter().map(|place| rows[place]).collect()
+    in_rows(values, isolated_numbers)
 }
 
-/// Distance of a sample from the middle of its neighbours.
+/// The rows of what is found among the numbers of a signal.
+fn in_rows(values: &[f64], find: impl Fn(&[f64]) -> Vec<usize>) -> Vec<usize> {
+    let rows: Vec<usize> = (0..values.len()).filter(|row| values[*row].is_finite()).collect();
+    let numbers: Vec<f64> = rows.iter().map(|row| values[*row]).collect();
+    find(&numbers).into_iter().map(|place| rows[place]).collect()
+}
+
+/// Distance of the middle one of three samples from the middle of its neighbours.
+fn bend([before, at, after]: [f64; 3]) -> f64 {
+    (at - 0.5 * (before + after)).abs()
+}
+
 fn deviation(values: &[f64], row: usize) -> f64 {
-    (values[row] - 0.5 * (values[row - 1] + values[row + 1])).abs()
+    bend([values[row - 1], values[row], values[row + 1]])
 }
 
 /// Distance beyond which a sample is off; `None` for too few samples.
@@ -59,15 +65,13 @@ fn limit(values: &[f64]) -> Option<f64> {
 
 fn isolated_numbers(values: &[f64]) -> Vec<usize> {
     let Some(limit) = limit(values) else { return Vec::new() };
-    let deviation = |row: usize| deviation(values, row);
     let inner = 2..values.len().saturating_sub(2);
     let is_isolated = |row: &usize| {
-        let (row, off) = (*row, deviation(*row));
+        let (row, off) = (*row, deviation(values, *row));
         // On either side of what belongs here the course is as smooth as usual: an impact is not.
         let here = 0.5 * (values[row - 1] + values[row + 1]);
-        let bend = |from: f64, at: f64, to: f64| (at - 0.5 * (from + to)).abs();
-        let before = bend(values[row - 2], values[row - 1], here);
-        let after = bend(here, values[row + 1], values[row + 2]);
+        let before = bend([values[row - 2], values[row - 1], here]);
+        let after = bend([here, values[row + 1], values[row + 2]]);
         off > limit && before.max(after) < AGREE * off
     };
     inner.filter(is_isolated).collect()

@@ -12,8 +12,7 @@ const ROWS: u32 = 1500;
 const COULOMB: f64 = 12.0;
 
 /// What a logger, a bus or a hand leaves in a cell.
-fn damage(cell: &str, kind: u64, u: f64) -> String {
-    let value: f64 = cell.parse().expect("a number");
+fn damage(value: f64, kind: u64, u: f64) -> String {
     match kind {
         0 => "0".to_owned(),
         1 => format!("{:e}", value * 10f64.powf(1.0 + 5.0 * u)),
@@ -38,7 +37,7 @@ fn damaged(text: &str, case: u64, cells: u64) -> String {
         if let Ok(value) = cell.parse::<f64>()
             && value.abs() < 1e3
         {
-            *cell = damage(&value.to_string(), (draw("kind") * 8.0) as u64, draw("size"));
+            *cell = damage(value, (draw("kind") * 8.0) as u64, draw("size"));
         }
     }
     rows.iter().map(|row| row.join(",") + "\n").collect()

@@ -4,6 +4,7 @@
 //! intervals over tosses: for a body that lands on an edge, no model predicts the side to which it falls.
 
 use crate::data::grid::Piece;
+use crate::data::median;
 use crate::data::state::{BodyState, Poses};
 use crate::plants::toss::block::{StateNoise, clear, free_run};
 use crate::verdict::estimates::parameters;
@@ -131,13 +132,6 @@ fn compared(errors: &[[f64; 2]]) -> ErrorReduction {
         Median { value: f(medians(&|i| i)), lo: all[RESAMPLES / 40], hi: all[RESAMPLES - 1 - RESAMPLES / 40] }
     };
     ErrorReduction { before: of(&|m| m[0]), after: of(&|m| m[1]), gain: of(&|m| 1.0 - m[1] / m[0]) }
-}
-
-/// The middle of some values, or between the two in the middle.
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    let half = values.len() / 2;
-    if values.len().is_multiple_of(2) { 0.5 * (values[half - 1] + values[half]) } else { values[half] }
 }
 
 #[cfg(test)]
