@@ -33,7 +33,8 @@ pub(crate) fn isolated_positions(values: &[f64]) -> Vec<usize> {
 }
 
 /// Returns the rows of isolated outliers. The numbers on either side of an outlier lie on one smooth course: an impact or a
-/// jump of the motion takes several samples. Rows without a number are passed over.
+/// jump of the motion takes several samples. An outlier lies beyond both of its neighbours: a lost packet repeats the
+/// one before it. Rows without a number are passed over.
 pub(crate) fn isolated(values: &[f64]) -> Vec<usize> {
     in_rows(values, isolated_numbers)
 }
@@ -69,10 +70,12 @@ fn isolated_numbers(values: &[f64]) -> Vec<usize> {
     let is_isolated = |row: &usize| {
         let (row, off) = (*row, deviation(values, *row));
         // On either side of what belongs here the course is as smooth as usual: an impact is not.
-        let here = 0.5 * (values[row - 1] + values[row + 1]);
-        let before = bend([values[row - 2], values[row - 1], here]);
-        let after = bend([here, values[row + 1], values[row + 2]]);
-        off > limit && before.max(after) < AGREE * off
+        let [left, right] = [values[row - 1], values[row + 1]];
+        let here = 0.5 * (left + right);
+        let before = bend([values[row - 2], left, here]);
+        let after = bend([here, right, values[row + 2]]);
+        let beyond = (left.min(right) - values[row]).max(values[row] - left.max(right));
+        beyond > limit && before.max(after) < AGREE * off
     };
     inner.filter(is_isolated).collect()
 }
@@ -130,5 +133,12 @@ mod tests {
         let mut late = signal();
         (100..1900).step_by(50).for_each(|row| late[row] = late[row - 1]);
         assert!(isolated(&late).is_empty(), "lost packets");
+        let ramp = |i: i32| f64::from(i) + 0.01 * (f64::from(i) * 12.9898).sin();
+        let mut lost: Vec<f64> = (0..2000).map(ramp).collect();
+        (100..1900).step_by(300).for_each(|row| lost[row] = lost[row - 1]);
+        (250..1900).step_by(600).for_each(|row| lost[row + 1] = lost[row - 1]);
+        (250..1900).step_by(600).for_each(|row| lost[row] = lost[row - 1]);
+        assert!(isolated(&lost).is_empty(), "lost packets of a ramp");
+        assert!(isolated_positions(&lost).is_empty(), "lost packets of a moving position");
     }
 }
