@@ -51,6 +51,9 @@ pub fn prepare(rig: Rig, logs: &[&Path], holdout: &[&Path], options: &DiagnosisO
         (learn, test) = (before, test.into_iter().chain(after).collect());
         provisional.push(format!("no different motion was held out, only the recordings after {from:.3} s"));
     }
+    if plant.needs_motion() {
+        provisional.extend(held_out_at_rest(&learn, &test)?);
+    }
     if named_apart(&learn, &mut test) && options.hold_out_from.is_none() {
         provisional.push("a held-out recording repeats a training motion".to_owned());
     }
@@ -121,6 +124,39 @@ fn named_apart(learn: &[Piece], test: &mut [Piece]) -> bool {
     let is_learnt = |piece: &&mut Piece| learn.iter().any(|own| own.experiment == piece.experiment);
     let shared = test.iter_mut().filter(is_learnt).map(|piece| piece.experiment += HELD_OUT);
     shared.count() > 0
+}
+
+/// Share of a joint's training motion below which a held-out motion confirms nothing about it.
+const LEAST_MOTION: f64 = 0.05;
+
+/// Returns the reason for a provisional answer where some joints rest in every held-out recording.
+///
+/// # Errors
+/// No joint moves there: each hypothesis would be judged by the noise.
+fn held_out_at_rest(learn: &[Piece], test: &[Piece]) -> Result<Option<String>> {
+    let travel = |pieces: &[Piece], signal: &str| {
+        let range = |values: &Vec<f64>| {
+            let numbers = || values.iter().copied().filter(|value| value.is_finite());
+            numbers().fold(f64::NEG_INFINITY, f64::max) - numbers().fold(f64::INFINITY, f64::min)
+        };
+        pieces.iter().filter_map(|piece| piece.signals.get(signal)).map(range).fold(0.0, f64::max)
+    };
+    let is_angle = |signal: &&String| *signal == "q" || signal.starts_with("q.");
+    let angles: BTreeSet<&String> = learn.iter().flat_map(|piece| piece.signals.keys()).filter(is_angle).collect();
+    let resting = angles.iter().filter(|angle| travel(test, angle) < LEAST_MOTION * travel(learn, angle));
+    let resting: Vec<String> = resting
+        .map(|angle| {
+            format!("`{angle}` (range {:.4} rad or m, in training {:.4})", travel(test, angle), travel(learn, angle))
+        })
+        .collect();
+    if resting.is_empty() || test.is_empty() {
+        return Ok(None);
+    }
+    let what = format!("the held-out recordings move too little to confirm a cause: {}", resting.join(", "));
+    match resting.len() == angles.len() {
+        true => Err(DiagnosisError::unfit(what, "hold out a recording in which the joint moves as in training")),
+        false => Ok(Some(what)),
+    }
 }
 
 /// A channel of a drive that never changes was not measured.

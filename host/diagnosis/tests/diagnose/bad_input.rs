@@ -36,6 +36,21 @@ fn a_constant_channel_is_refused() {
     assert!(said.contains("`tau` is constant") && said.contains("12.5") && said.contains("[log]"), "{said}");
 }
 
+/// A validation motion of a robot in which this joint holds its position.
+#[test]
+fn held_out_motion_of_a_joint_at_rest_is_refused() {
+    let bench = Bench::drive(&[("J1_coulomb", 12.0)], 1).with_held_out(|text| {
+        let row = |(number, line): (usize, &str)| {
+            let cells: Vec<&str> = line.split(',').collect();
+            let motion = |cell: &str| if number == 0 { cell.to_owned() } else { times(cell, 0.01) };
+            format!("{},{},{},{}\n", cells[0], motion(cells[1]), motion(cells[2]), cells[3])
+        };
+        text.lines().enumerate().map(row).collect()
+    });
+    let message = refused(&bench);
+    assert!(message.contains("`q` (range 0.0") && message.contains("hold out a recording"), "{message}");
+}
+
 #[test]
 fn ten_samples_are_too_few() {
     let said = refused(

@@ -65,11 +65,21 @@ impl Bench {
 
     /// Every recording with its text changed.
     pub(crate) fn with_recordings(self, change: impl Fn(&str) -> String) -> Self {
-        for file in self.files("training").iter().chain(&self.files("holdout")) {
-            let text = std::fs::read_to_string(file).expect("a recording");
+        self.rewrite("training", &change);
+        self.with_held_out(change)
+    }
+
+    /// The held-out recordings with their text changed.
+    pub(crate) fn with_held_out(self, change: impl Fn(&str) -> String) -> Self {
+        self.rewrite("holdout", change);
+        self
+    }
+
+    fn rewrite(&self, folder: &str, change: impl Fn(&str) -> String) {
+        for file in self.files(folder) {
+            let text = std::fs::read_to_string(&file).expect("a recording");
             std::fs::write(file, change(&text)).expect("writable");
         }
-        self
     }
 
     /// Files of one of its folders, sorted.
