@@ -139,6 +139,12 @@ pub fn filled<R: Copy, B: Bundle<R>>(value: R) -> B {
     B::read(&mut || value)
 }
 
+/// A bundle with the same fields as literals.
+pub fn literal<R: Real, A: Bundle<f64>, B: Bundle<R>>(values: &A) -> B {
+    let mut values = to_vec(values).into_iter();
+    B::read(&mut || R::lit(values.next().expect("the same fields")))
+}
+
 /// The scalars of a bundle.
 pub fn to_vec<R, B: Bundle<R>>(bundle: &B) -> Vec<R> {
     let mut out = Vec::new();

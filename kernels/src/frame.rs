@@ -13,12 +13,13 @@ mod runs;
 pub mod single;
 
 use crate::compensator::Compensation;
-use crate::contact::{Pair, Point, space_pair};
+use crate::contact::{Point, PointState, space_pair};
 use crate::delay_line::Line;
 use crate::fields::Bundle;
 use crate::impedance::Admittance;
 use crate::lanes::Lane;
 use crate::load::Load;
+use crate::material::Pair;
 use crate::monitor::{self, Touch, Watch};
 use crate::outcome::Signals;
 use crate::params::Params;
@@ -66,12 +67,13 @@ struct Loop<L: Lane, const N: usize> {
     interface: Interface<L>,
 }
 
-/// The interface between the parts of a loop: contact constants, what was observed, bristles of the contact points.
+/// The interface between the parts of a loop: properties of its laws, what was observed, states of the contact points.
 #[derive(Clone)]
 struct Interface<L: Lane> {
-    pair: Pair<L>,
+    /// Properties of each law of the plant.
+    pairs: Vec<Pair<L>>,
     watch: Watch<L>,
-    bristles: Vec<Vec3<L>>,
+    states: Vec<PointState<L>>,
 }
 
 /// Several runs stepped together, one per lane.
@@ -116,20 +118,25 @@ fn zero_wrench<L: Lane>() -> Wrench<L> {
     Wrench::zero()
 }
 
-/// All contact points of a pair of parts, and the bristles they move.
+/// All contacts of the parts at given motions, with the properties of each law; where `live`, they go on by a substep.
 #[inline(always)]
-fn touch_points<L: Lane>(
+pub fn touch_points<L: Lane>(
     m: &Plant,
-    pair: &Pair<L>,
+    pairs: &[Pair<L>],
     parts: &Parts<L>,
-    bristles: &mut [Vec3<L>],
+    states: &mut [PointState<L>],
     live: L::Mask,
 ) -> Touch<L> {
     let mut sum = monitor::no_touch();
-    for (point, bristle) in m.contact.points.iter().zip(bristles) {
+    for (contact, state) in m.contacts.iter().zip(states) {
+        let point = &m.contact.points[contact.point];
         let point = Point { position: Vec3::lit(point.position), radius: L::lit(point.radius) };
-        let c = contact_point(m, pair, parts, point, *bristle);
-        *bristle = Vec3::select(live, c.bristle, *bristle);
+        let of = &m.pairs[contact.pair];
+        let c = contact_point(m, of, &pairs[contact.pair], parts, point, *state);
+        state.bristle = Vec3::select(live, c.state.bristle, state.bristle);
+        if of.law.needs_approach() {
+            state.approach = L::select(live, c.state.approach, state.approach);
+        }
         in_place::gather(&mut sum, &c);
     }
     sum
@@ -152,7 +159,7 @@ impl<L: Lane, const N: usize> Tile<L, N> {
             masses,
             bodies: start(m, &facility.params, &masses),
             kinematics: crate::fields::filled(L::lit(0.0)),
-            interface: Interface::new(m, space_pair(&facility.params)),
+            interface: Interface::new(m, &facility.params, space_pair),
         };
         let parts = kinematics(m, &masses, &space.bodies).parts;
         facility.robots = crate::robot::robots_at(m, &command(m, &parts));
@@ -181,13 +188,13 @@ impl<L: Lane, const N: usize> Tile<L, N> {
         let mut u = still();
         for substep in 0..m.timing.substeps {
             let (k, bodies) = (&mut s.kinematics, &mut s.bodies);
-            let Interface { pair, watch: seen, bristles } = &mut s.interface;
+            let Interface { pairs, watch: seen, states } = &mut s.interface;
             update_kinematics(m, &s.masses, bodies, k);
             if substep == 0 {
                 u = guide(m, p, &s.masses, &bodies.arm, bodies.chaser.attitude, k, monitor::touched(seen));
             }
             let time = L::lit(f64::from(substep) * m.timing.substep) + now;
-            let touch = touch_points(m, pair, &k.parts, bristles, live);
+            let touch = touch_points(m, pairs, &k.parts, states, live);
             let latch = latch(m, p, &k.parts, seen.closed);
             in_place::observe(m, seen, time, &k.parts, &k.parts, &touch, &latch);
             advance_in_place(m, &s.masses, bodies, k, &u, monitor::total_wrench(&touch, &latch));
@@ -246,9 +253,9 @@ impl<L: Lane, const N: usize> Tile<L, N> {
     pub fn signals(&self, m: &Plant, lane: usize) -> Signals {
         let simulated = |s: &Loop<L, N>| kinematics(m, &s.masses, &s.bodies).parts;
         let (space, hil) = (simulated(&self.space), simulated(&self.hil));
-        let mut bristles = self.space.interface.bristles.clone();
+        let mut states = self.space.interface.states.clone();
         let nobody = L::lit(1.0).lt(L::lit(0.0));
-        let touch = touch_points(m, &self.space.interface.pair, &space, &mut bristles, nobody);
+        let touch = touch_points(m, &self.space.interface.pairs, &space, &mut states, nobody);
         let (facility, watch) = (&self.facility, &self.hil.interface.watch);
         let mounted = crate::robot::mounted_parts(m, &facility.params, &facility.robots);
         let latched = latch(m, &facility.params, &space, self.space.interface.watch.closed).wrench;

@@ -19,6 +19,7 @@ pub mod joint_level;
 pub mod lanes;
 pub mod load;
 pub mod manipulator;
+pub mod material;
 pub mod math;
 pub mod metrics;
 pub mod model;

@@ -5,6 +5,8 @@
 
 use crate::manipulator::Manipulator;
 use crate::manipulator::cell::{AXES, Carriage, Mount, Servo};
+pub use crate::material::NormalLaw;
+use crate::material::Pair;
 use crate::params::Params;
 use crate::real::Real;
 use crate::vector::{Pose, Quat, Sym3, Vec3, vec3};
@@ -92,6 +94,7 @@ impl Model {
                 points: vec![ContactPoint { position: Vec3::zero(), radius: 0.0 }],
                 solids: vec![Solid { frame: Pose::identity(), shape: Shape::Plane }],
                 law: NormalLaw::Linear,
+                pairs: Vec::new(),
                 bilateral: false,
                 latch: None,
             },
@@ -165,12 +168,27 @@ pub struct Contact {
     pub points: Vec<ContactPoint>,
     /// Solids of part B in its frame; the part is their union.
     pub solids: Vec<Solid>,
-    /// The normal force.
+    /// The normal force of the points and solids that are in no material pair; its properties are in [`Params`].
     pub law: NormalLaw,
+    /// Points and solids with properties of their own. No point and solid are together in two of them.
+    pub pairs: Vec<MaterialPair>,
     /// The contact may pull and never opens (the linear oracles only).
     pub bilateral: bool,
     /// The capture latch, if there is one.
     pub latch: Option<Latch>,
+}
+
+/// Points of part A and solids of part B that meet with properties of their own.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MaterialPair {
+    /// Indices in [`Contact::points`].
+    pub points: Vec<usize>,
+    /// Indices in [`Contact::solids`].
+    pub solids: Vec<usize>,
+    /// The normal force.
+    pub law: NormalLaw,
+    /// Its nominal properties.
+    pub properties: Pair<f64>,
 }
 
 /// A sphere of part A.
@@ -180,18 +198,6 @@ pub struct ContactPoint {
     pub position: Vec3<f64>,
     /// Radius \[m\]; 0 is a point.
     pub radius: f64,
-}
-
-/// The normal contact law.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum NormalLaw {
-    /// F = K d + b d'.
-    Linear,
-    /// F = K d^n (1 + a d').
-    Power {
-        /// The exponent n: 1, 1.5 (Hertz) or any other above 0.
-        exponent: f64,
-    },
 }
 
 /// A solid with an exact signed distance; `frame` places it in part B.

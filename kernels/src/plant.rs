@@ -4,7 +4,8 @@ use crate::chain::Chain;
 use crate::contact::profile::Surface;
 use crate::effects::EffectSet;
 use crate::manipulator::cell::{Cell, Misplaced};
-use crate::model::{JointLevel, Model, Solid};
+use crate::material::{NormalLaw, Pair};
+use crate::model::{Contact, JointLevel, Model, Solid};
 use crate::robot::{command, robots_at};
 use crate::session::{SessionRobot, Workspace};
 use crate::space::{Motion, Parts};
@@ -25,6 +26,10 @@ pub struct Plant {
     pub start: Parts<f64>,
     /// Solids of part B, their surfaces prepared.
     pub solids: Vec<PreparedSolid>,
+    /// Laws of contact, each with the solids that it is for.
+    pub pairs: Vec<ContactPair>,
+    /// The points of part A with the laws that they meet, in the order of the points.
+    pub contacts: Vec<PointOfPair>,
     /// Robots 1 and 2 in their places, at the joint level.
     pub cells: Option<[Cell; 2]>,
     /// The robots that a session drives, in their places.
@@ -46,6 +51,26 @@ pub struct PreparedSolid {
     pub surface: Surface,
 }
 
+/// A law of contact and the solids of part B that it is for; their union meets a point.
+#[derive(Clone, Debug)]
+pub struct ContactPair {
+    /// The normal force.
+    pub law: NormalLaw,
+    /// Its properties; none for those of the run's parameters.
+    pub properties: Option<Pair<f64>>,
+    /// The solids.
+    pub solids: Vec<PreparedSolid>,
+}
+
+/// A point of part A and a law that it meets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PointOfPair {
+    /// Index in the model's `contact.points`.
+    pub point: usize,
+    /// Index in [`Plant::pairs`].
+    pub pair: usize,
+}
+
 impl PartialEq for Plant {
     /// All the rest is made of the model and the effects.
     fn eq(&self, other: &Self) -> bool {
@@ -60,7 +85,8 @@ impl Plant {
         let link_attitudes: Vec<_> =
             model.links.iter().zip(&model.start_angles).map(|(l, a)| l.origin.attitude.compose(turn(*a))).collect();
         let tool_start = tool_start(&model, &link_attitudes);
-        let solids = model.contact.solids.iter().map(PreparedSolid::new).collect();
+        let solids: Vec<_> = model.contact.solids.iter().map(PreparedSolid::new).collect();
+        let (pairs, contacts) = contacts(&model.contact, &solids);
         let chain = Chain::new(&model.links, &link_attitudes, model.tool, model.base_inertia);
         let target_inverse_inertia = model.target_inertia.inverse();
         let start = start(&model, tool_start);
@@ -71,6 +97,8 @@ impl Plant {
             start,
             target_inverse_inertia,
             solids,
+            pairs,
+            contacts,
             cells: None,
             session_robots: None,
             workspace: None,
@@ -130,6 +158,34 @@ pub fn place(m: &Plant, level: &JointLevel) -> Result<[Cell; 2], (usize, Misplac
             .map_err(|why| (robot + 1, why))
     };
     Ok([cell(0, start.robot1.motion)?, cell(1, start.robot2.motion)?])
+}
+
+/// The laws that the points meet: for each point the rest of the solids under the common law, then its material pairs.
+fn contacts(contact: &Contact, prepared: &[PreparedSolid]) -> (Vec<ContactPair>, Vec<PointOfPair>) {
+    let mut keys: Vec<(Option<usize>, Vec<usize>)> = Vec::new();
+    let mut contacts = Vec::new();
+    for point in 0..contact.points.len() {
+        let rows = contact.pairs.iter().enumerate().filter(|(_, row)| row.points.contains(&point));
+        let rows: Vec<_> = rows.map(|(number, row)| (Some(number), row.solids.clone())).collect();
+        let is_left = |solid: &usize| rows.iter().all(|(_, solids)| !solids.contains(solid));
+        let common = (None, (0..prepared.len()).filter(is_left).collect::<Vec<_>>());
+        for key in std::iter::once(common).chain(rows).filter(|(_, solids)| !solids.is_empty()) {
+            let pair = keys.iter().position(|own| *own == key).unwrap_or(keys.len());
+            if pair == keys.len() {
+                keys.push(key);
+            }
+            contacts.push(PointOfPair { point, pair });
+        }
+    }
+    let of = |(row, solids): (Option<usize>, Vec<usize>)| {
+        let row = row.map(|row| &contact.pairs[row]);
+        ContactPair {
+            law: row.map_or(contact.law, |row| row.law),
+            properties: row.map(|row| row.properties),
+            solids: solids.into_iter().map(|solid| prepared[solid].clone()).collect(),
+        }
+    };
+    (keys.into_iter().map(of).collect(), contacts)
 }
 
 /// Laboratory motions of the parts at the start, at rest.

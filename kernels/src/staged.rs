@@ -1,24 +1,25 @@
 //! The stage functions as the frame calls them: each compiled on its own for the lanes' instruction set.
 
 use crate::compensator::Compensation;
-use crate::contact::{LatchState, Pair, Point, PointContact};
+use crate::contact::{LatchState, Point, PointContact, PointState};
 use crate::fields::Bundle;
 use crate::impedance::Admittance;
 use crate::lanes::{Lane, Stage};
 use crate::load::Load;
 use crate::manipulator::DriveParams;
 use crate::manipulator::cell::{Cell, Drives, SetPoint};
+use crate::material::Pair;
 use crate::metrics::Metrics;
 use crate::monitor::{Touch, Watch};
 use crate::noise::Normals;
 use crate::params::Params;
-use crate::plant::Plant;
+use crate::plant::{ContactPair, Plant};
 use crate::robot::Robots;
 use crate::sensor::Sensor;
 use crate::session::{Asked, Clearance, Observed, Session};
 use crate::space::{Actuation, Arm, Bodies, Kinematics, Masses, Motion, Parts, Wrench};
 use crate::test_motion::{Followed, Tracking};
-use crate::vector::{Quat, Vec3};
+use crate::vector::Quat;
 use std::marker::PhantomData;
 
 /// Wraps stage functions of the same name; `m` is the plant, for those that read it.
@@ -66,7 +67,7 @@ staged! {
     /// [`crate::guidance::guide`]
     guidance::guide<N>(m; p: &'a Params<L>, masses: &'a Masses<L>, arm: &'a Arm<L, N>, base: Quat<L>, k: &'a Kinematics<L, N>, touched: L) -> Actuation<L, N>;
     /// [`crate::contact::contact_point`]
-    contact::contact_point(m; pair: &'a Pair<L>, parts: &'a Parts<L>, point: Point<L>, bristle: Vec3<L>) -> PointContact<L>;
+    contact::contact_point(m; of: &'a ContactPair, pair: &'a Pair<L>, parts: &'a Parts<L>, point: Point<L>, state: PointState<L>) -> PointContact<L>;
     /// [`crate::contact::latch`]
     contact::latch(m; p: &'a Params<L>, parts: &'a Parts<L>, closed: L) -> LatchState<L>;
     /// [`crate::robot::command`]

@@ -44,7 +44,7 @@ fn zero_wrench() -> Wrench {
 // The ideal twin: contact and space closed directly, every substep.
 fn tick_space(now: f32, last: f32) {
     let masses = space_masses(p);
-    let pair = space_pair(p);
+    let pairs = space_pairs(p);
     var u: Actuation;
     var parts: Parts;
     var substep = 0u;
@@ -54,7 +54,7 @@ fn tick_space(now: f32, last: f32) {
         if (substep == 0u) {
             u = guide(p, masses, space, k, space_watch);
         }
-        let touch = touch_space(pair, parts);
+        let touch = touch_space(pairs, parts);
         let hold = latch(p, parts, space_watch.closed);
         space_watch = observe(space_watch, now + f32(substep) * SUBSTEP, parts, parts, touch, hold);
         space = advance(masses, space, k, u, total_wrench(touch, hold));
@@ -111,7 +111,7 @@ fn send_command(reference: Parts) -> f32 {
 
 // Robots, contact and sensor over the tick that ends now.
 fn tick_facility(simulated: Parts, now: f32, jitter: f32) {
-    let pair = hil_pair(p);
+    let pairs = hil_pairs(p);
     let delay = max(transport(p, now) + jitter * (1.0 / TICK), 0.0);
     let oldest = max(floor(1.0 / f32(SUBSTEPS) - delay), 3.0 - f32(SLOTS));
     // Three neighbouring commands cover the tick; they are read once, since storage is far away.
@@ -127,7 +127,7 @@ fn tick_facility(simulated: Parts, now: f32, jitter: f32) {
         move_robots(displaced(interpolate(first, second, third, place), admittance));
         let parts = mounted_parts(p, robot);
         let time = now - f32(SUBSTEPS - substep) * SUBSTEP;
-        let touch = touch_facility(pair, parts);
+        let touch = touch_facility(pairs, parts);
         let hold = latch(p, parts, hil_watch.closed);
         hil_watch = observe(hil_watch, time, parts, simulated, touch, hold);
         let pushed = total_wrench(touch, hold);
@@ -257,7 +257,7 @@ fn reset() {
     space_watch = new_watch();
     hil_watch = new_watch();
     hil_watch.done = select(1.0, 0.0, FACILITY);
-    reset_bristles();
+    reset_contacts();
     let reference = command(parts_of(kinematics(hil_masses(p), hil)));
     if (FACILITY) {
         for (var age = 1u; age < SLOTS; age++) {

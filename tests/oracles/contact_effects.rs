@@ -1,7 +1,9 @@
 //! Effects of the mounted parts against the laws that they must follow.
 
 use super::bench::{assert_close, closing, run, two_bodies};
-use softdock_kernels::contact::{Point, PointContact, contact_point, hil_pair, space_pair};
+use softdock_kernels::contact::{Point, PointContact, PointState, contact_point, hil_pair, space_pair};
+use softdock_kernels::fields::filled;
+use softdock_kernels::material::Pair;
 use softdock_kernels::model::NormalLaw;
 use softdock_kernels::params::Params;
 use softdock_kernels::plant::Plant;
@@ -35,17 +37,22 @@ fn parts(depth: f64, velocity: Vec3<f64>) -> Parts<f64> {
 
 const POINT: Point<f64> = Point { position: Vec3 { x: 0.0, y: 0.0, z: 0.0 }, radius: 0.0 };
 
+fn touched(m: &Plant, pair: &Pair<f64>, parts: &Parts<f64>, state: PointState<f64>) -> PointContact<f64> {
+    contact_point(m, &m.pairs[0], pair, parts, POINT, state)
+}
+
 /// Normal force of the mounted parts at rest, and of those in space.
 fn pressed(m: &Plant, p: &Params<f64>, depth: f64) -> [f64; 2] {
-    [hil_pair(p), space_pair(p)]
-        .map(|pair| contact_point(m, &pair, &parts(depth, Vec3::zero()), POINT, Vec3::zero()).force)
+    let of = &m.pairs[0];
+    [hil_pair(of, p), space_pair(of, p)].map(|pair| touched(m, &pair, &parts(depth, Vec3::zero()), filled(0.0)).force)
 }
 
 /// The contact after sliding on at a velocity until the bristle is complete.
 fn slid(p: &Params<f64>, velocity: Vec3<f64>) -> PointContact<f64> {
     let (m, parts) = (plant(NormalLaw::Linear), parts(1e-3, velocity));
-    let mut contact = contact_point(&m, &hil_pair(p), &parts, POINT, Vec3::zero());
-    (0..20_000).for_each(|_| contact = contact_point(&m, &hil_pair(p), &parts, POINT, contact.bristle));
+    let pair = hil_pair(&m.pairs[0], p);
+    let mut contact = touched(&m, &pair, &parts, filled(0.0));
+    (0..20_000).for_each(|_| contact = touched(&m, &pair, &parts, contact.state));
     contact
 }
 

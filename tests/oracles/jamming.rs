@@ -4,10 +4,12 @@
 //! and moment at the centre of the peg's tip. Whitney, ASME J. Dynamic Systems, Measurement and Control 104 (1982) 65.
 
 use super::bench::{at, inertia, two_bodies};
-use softdock_kernels::contact::distance::part_distance;
-use softdock_kernels::contact::{Point, contact_point, space_pair};
+use softdock_kernels::contact::distance::union_distance;
+use softdock_kernels::contact::{PointState, space_pairs};
+use softdock_kernels::fields::filled;
+use softdock_kernels::frame::touch_points;
 use softdock_kernels::model::{ContactPoint, Shape};
-use softdock_kernels::monitor::{Touch, gather, no_touch};
+use softdock_kernels::monitor::Touch;
 use softdock_kernels::params::Params;
 use softdock_kernels::plant::Plant;
 use softdock_kernels::space::{Actuation, Bodies, advance, kinematics, settle, space_masses};
@@ -23,7 +25,7 @@ struct Peg {
     plant: Plant,
     params: Params<f64>,
     bodies: Bodies<f64, 0>,
-    bristles: Vec<Vec3<f64>>,
+    states: Vec<PointState<f64>>,
 }
 
 impl Peg {
@@ -47,19 +49,14 @@ impl Peg {
         };
         let plant = Plant::new(model);
         let bodies = start::<f64, 0>(&plant, &params, &space_masses(&params));
-        Self { bristles: vec![Vec3::zero(); places.len()], plant, params, bodies }
+        Self { states: vec![filled(0.0); places.len()], plant, params, bodies }
     }
 
     /// One substep under a force at the tip's centre and a moment about z; gives what the bore did.
     fn step(&mut self, force: Vec3<f64>, moment: f64) -> Touch<f64> {
-        let (m, masses, pair) = (&self.plant, space_masses(&self.params), space_pair(&self.params));
+        let (m, masses) = (&self.plant, space_masses(&self.params));
         let k = kinematics(m, &masses, &self.bodies);
-        let touch = m.contact.points.iter().zip(&mut self.bristles).fold(no_touch(), |sum, (point, bristle)| {
-            let point = Point { position: point.position, radius: point.radius };
-            let c = contact_point(m, &pair, &k.parts, point, *bristle);
-            *bristle = c.bristle;
-            gather(&sum, &c)
-        });
+        let touch = touch_points(m, &space_pairs(m, &self.params), &k.parts, &mut self.states, true);
         let u = Actuation { thrust: force, torque: vec3(0.0, 0.0, moment), joint: [] };
         self.bodies = settle(advance(m, &masses, &self.bodies, &k, &u, touch.wrench));
         touch
@@ -119,8 +116,8 @@ fn two_point_length(peg: f64, bore: f64, tilt: f64) -> f64 {
     let clearance = |depth: f64| {
         // The leading edge lies against the wall; the other flank runs out through the mouth.
         let edge = vec3(depth, bore, 0.0);
-        assert!(part_distance(&m, edge).distance.abs() < 1e-12);
-        let flank = |back: f64| part_distance(&m, edge - across * (2.0 * peg) - along * back).distance;
+        assert!(union_distance(&m.solids, edge).distance.abs() < 1e-12);
+        let flank = |back: f64| union_distance(&m.solids, edge - across * (2.0 * peg) - along * back).distance;
         (0..=4000).map(|i| flank(2.0 * depth * f64::from(i) / 4000.0)).fold(f64::INFINITY, f64::min)
     };
     let (mut free, mut pressed) = (1e-3, 0.2);

@@ -3,9 +3,10 @@
 use super::bench::{assert_close, at, closing, inertia, job, run, two_bodies};
 use softdock_engine::RunInput;
 use softdock_engine::cpu::replay;
-use softdock_kernels::contact::{Point, contact_point, space_pair};
+use softdock_kernels::contact::space_pairs;
+use softdock_kernels::fields::filled;
+use softdock_kernels::frame::touch_points;
 use softdock_kernels::model::{ContactPoint, Model, NormalLaw};
-use softdock_kernels::monitor::{gather, no_touch};
 use softdock_kernels::outcome::Finished;
 use softdock_kernels::params::Params;
 use softdock_kernels::plant::Plant;
@@ -141,9 +142,9 @@ fn a_block_below_the_friction_angle_stands_for_a_hundred_seconds() {
 fn a_block_stands_also_while_its_weight_ripples_by_ten_percent() {
     let (model, p) = block();
     let m = Plant::new(model);
-    let (masses, pair) = (space_masses(&p), space_pair(&p));
+    let (masses, pairs) = (space_masses(&p), space_pairs(&m, &p));
     let mut bodies = start::<f64, 0>(&m, &p, &masses);
-    let mut bristles = vec![Vec3::zero(); m.contact.points.len()];
+    let mut states = vec![filled(0.0); m.contacts.len()];
     let weight = p.base_mass * m.field.x;
     let (mut stood, mut creep) = (Vec3::zero(), 0.0f64);
     for step in 0..404_000 {
@@ -156,12 +157,7 @@ fn a_block_stands_also_while_its_weight_ripples_by_ten_percent() {
         } else if step > 4000 {
             creep = creep.max((gap.y - stood.y).abs() - 1e-12);
         }
-        let touch = m.contact.points.iter().zip(&mut bristles).fold(no_touch(), |sum, (point, bristle)| {
-            let point = Point { position: point.position, radius: point.radius };
-            let c = contact_point(&m, &pair, &k.parts, point, *bristle);
-            *bristle = c.bristle;
-            gather(&sum, &c)
-        });
+        let touch = touch_points(&m, &pairs, &k.parts, &mut states, true);
         let ripple = 0.1 * weight * (std::f64::consts::TAU * 7.3 * time).sin();
         let u = Actuation { thrust: vec3(ripple, 0.0, 0.0), torque: Vec3::zero(), joint: [] };
         bodies = settle(advance(&m, &masses, &bodies, &k, &u, touch.wrench));

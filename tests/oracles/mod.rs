@@ -17,6 +17,7 @@ mod laws;
 mod load;
 mod map;
 mod nulls;
+mod pairs;
 mod scenes;
 mod shapes;
 mod stability;

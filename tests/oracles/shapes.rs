@@ -1,7 +1,7 @@
 //! Distances of part B's shapes against sampled outlines.
 
 use super::bench::{at, two_bodies};
-use softdock_kernels::contact::distance::part_distance;
+use softdock_kernels::contact::distance::union_distance;
 use softdock_kernels::model::{Shape, Solid};
 use softdock_kernels::plant::Plant;
 use softdock_kernels::vector::{Vec3, vec3};
@@ -38,7 +38,7 @@ fn hollow_shapes_have_exact_distances_and_unit_normals_out_of_the_material() {
         model.contact.solids = vec![Solid { frame: at(0.0, 0.0, 0.0), shape }];
         let m = Plant::new(model);
         for p in scattered(300) {
-            let found = part_distance(&m, p);
+            let found = union_distance(&m.solids, p);
             let exact = sampled(&outline, p.x, p.y.hypot(p.z));
             // Samples lie 65 um apart at most.
             assert!((found.distance.abs() - exact).abs() < 1e-4, "{shape:?} at {p:?}: {found:?}, sampled {exact}");
@@ -50,7 +50,7 @@ fn hollow_shapes_have_exact_distances_and_unit_normals_out_of_the_material() {
                 });
             assert_eq!(found.distance > 0.0, free, "{shape:?} at {p:?}: {found:?}");
             // A step out of the material lengthens the distance by the step, away from edges and the axis.
-            let further = part_distance(&m, p + found.normal * 1e-7).distance - found.distance;
+            let further = union_distance(&m.solids, p + found.normal * 1e-7).distance - found.distance;
             assert!((further - 1e-7).abs() < 1e-9 || found.distance.abs() < 1e-6, "{shape:?} at {p:?}: {further}");
         }
     }

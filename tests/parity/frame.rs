@@ -47,7 +47,7 @@ const OUTCOME: [&str; 18] = {
 };
 
 /// Functions that the kernel's own code writes for a scenario, besides those of `wgsl/frame.wgsl`.
-pub(crate) const WRITTEN_OUT: [&str; 3] = ["touch_space", "touch_facility", "reset_bristles"];
+pub(crate) const WRITTEN_OUT: [&str; 3] = ["touch_space", "touch_facility", "reset_contacts"];
 
 /// Every function of `wgsl/frame.wgsl`; its Rust twin is that of the same name in `frame_functions`.
 pub(crate) const FRAME_ROWS: [Row<Call>; 23] = [
@@ -56,15 +56,15 @@ pub(crate) const FRAME_ROWS: [Row<Call>; 23] = [
         "touch_space",
         400.0,
         "forces of overlaps that are differences of positions",
-        call("let r0 = touch_space(space_pair(p), parts_of(kinematics(space_masses(p), space)));", &["Touch"], NONE),
+        call("let r0 = touch_space(space_pairs(p), parts_of(kinematics(space_masses(p), space)));", &["Touch"], NONE),
     ),
     row(
         "touch_facility",
         400.0,
         "as touch_space",
-        call("let r0 = touch_facility(hil_pair(p), mounted_parts(p, robot));", &["Touch"], NONE),
+        call("let r0 = touch_facility(hil_pairs(p), mounted_parts(p, robot));", &["Touch"], NONE),
     ),
-    row("reset_bristles", 0.0, "no arithmetic", call("reset_bristles();", &[], NONE)),
+    row("reset_contacts", 0.0, "no arithmetic", call("reset_contacts();", &[], NONE)),
     row(
         "tick_space",
         1000.0,

@@ -2,7 +2,7 @@
 
 use softdock_kernels::compensator::Compensation;
 use softdock_kernels::contact::PointContact;
-use softdock_kernels::contact::{LatchState, Point, contact_point, hil_pair, latch, space_pair};
+use softdock_kernels::contact::{LatchState, Point, PointState, contact_point, hil_pair, latch, space_pair};
 use softdock_kernels::effects::EFFECTS;
 use softdock_kernels::fields::{Bundle, Field, fields, from_slice, to_vec};
 use softdock_kernels::frame::lane_state::{LaneState, state_fields};
@@ -11,9 +11,10 @@ use softdock_kernels::guidance::guide;
 use softdock_kernels::impedance::Admittance;
 use softdock_kernels::load::Load;
 use softdock_kernels::manipulator::cell::{Drives, Feedforward, SetPoint};
+use softdock_kernels::material::Pair;
 use softdock_kernels::model::{
-    ArmControl, Compensator, CompensatorKind, ContactPoint, ImpedanceLaw, Model, NormalLaw, SensorLoad, Shape, Solid,
-    TestMotion, Thrust, Waveform,
+    ArmControl, Compensator, CompensatorKind, ContactPoint, ImpedanceLaw, MaterialPair, Model, NormalLaw, SensorLoad,
+    Shape, Solid, TestMotion, Thrust, Waveform,
 };
 use softdock_kernels::monitor::{Touch, Watch, gather, no_touch, total_wrench};
 use softdock_kernels::params::Params;
@@ -136,7 +137,36 @@ fn tuned(p: &mut Params<f64>) {
     p.sensor_delay_error = 7e-4;
 }
 
-/// A box and a ball in the approach corridor, a general exponent, computed torque, thrust and an orbit.
+/// A law of every other kind, and all that a pair may have in both loops.
+fn laws() -> Vec<MaterialPair> {
+    let plain = Pair {
+        stiffness: 3e4,
+        damping: 60.0,
+        dissipation: 12.0,
+        friction: 0.2,
+        bristle_stiffness: 2e4,
+        bristle_damping: 50.0,
+        stribeck: 0.0,
+        stribeck_speed: 0.02,
+        exponent_error: 0.0,
+        anisotropy: 0.0,
+        adhesion: 0.0,
+    };
+    let rough = Pair { stribeck: 0.4, anisotropy: 0.3, adhesion: 1.5, ..plain };
+    let of = |point: usize, solid: usize, law: NormalLaw, properties: Pair<f64>| MaterialPair {
+        points: vec![point],
+        solids: vec![solid],
+        law,
+        properties,
+    };
+    vec![
+        of(0, 0, NormalLaw::Rebound { exponent: 1.3, slowest: 2e-3 }, rough),
+        of(1, 0, NormalLaw::Impact { exponent: 1.4, ramp: 4e-3 }, plain),
+        of(2, 1, NormalLaw::Stop { stroke: 3e-3, stiffness: 2e5, exponent: 1.2 }, plain),
+    ]
+}
+
+/// A box and a ball in the approach corridor, a general exponent, laws of pairs, computed torque, thrust and an orbit.
 fn crowded(model: &mut Model) {
     let at = |x: f64, y: f64, shape| {
         let frame = Pose { position: vec3(x, y, 0.0), attitude: Quat { w: 0.8, v: vec3(0.0, 0.6, 0.0) } };
@@ -147,6 +177,7 @@ fn crowded(model: &mut Model) {
         at(0.08, -0.11, Shape::Sphere { radius: 0.12 }),
     ];
     model.contact.law = NormalLaw::Power { exponent: 1.7 };
+    model.contact.pairs = laws();
     model.guidance.arm = ArmControl::ComputedTorque { bandwidth: 2.0, damping_ratio: 0.8 };
     model.guidance.thrust = Thrust::Approach {
         speed_gain: 400.0,
@@ -305,6 +336,7 @@ struct Scene<const N: usize> {
     kinematics: Kinematics<f64, N>,
     simulated: Parts<f64>,
     mounted: Parts<f64>,
+    states: Vec<PointState<f64>>,
     contacts: Vec<PointContact<f64>>,
     touch: Touch<f64>,
     latch: LatchState<f64>,
@@ -319,19 +351,24 @@ fn scene<const N: usize>(plant: &Plant, shot: &Snapshot, facility: bool) -> Scen
     let mut bodies_now: Bodies<f64, N> = from_slice(&state[offset..]);
     let watch_now: Watch<f64> = from_slice(&state[offset + bodies..]);
     let masses = if facility { hil_masses(&shot.params) } else { space_masses(&shot.params) };
-    let pair = if facility { hil_pair(&shot.params) } else { space_pair(&shot.params) };
     // Between two ticks the steps are zero: in the middle of a tick, of half a millisecond, they are these.
     bodies_now.chaser.com_step = bodies_now.chaser.momentum * (5e-4 / masses.base_mass);
     bodies_now.target.com_step = bodies_now.target.momentum * (5e-4 / masses.target_mass);
     let k = kinematics(plant, &masses, &bodies_now);
     let robots: Robots<f64> = from_slice(robots);
     let mounted = if facility { mounted_parts(plant, &shot.params, &robots) } else { k.parts };
-    let bristles = shot.lane.bristles(facility, plant.contact.points.len());
-    let points = plant.contact.points.iter().zip(bristles.chunks(3));
-    let contacts: Vec<_> = points
-        .map(|(p, b)| {
-            let point = Point { position: p.position, radius: p.radius };
-            contact_point(plant, &pair, &mounted, point, from_slice(b))
+    let tile = Tile::<f64, N>::resume(plant, Batch::whole(), shot.run, shot.tick, shot.params, &shot.lane);
+    let states = tile.contact_states()[usize::from(facility)].clone();
+    let contacts: Vec<_> = plant
+        .contacts
+        .iter()
+        .zip(&states)
+        .map(|(contact, state)| {
+            let point = &plant.contact.points[contact.point];
+            let point = Point { position: point.position, radius: point.radius };
+            let of = &plant.pairs[contact.pair];
+            let pair = if facility { hil_pair(of, &shot.params) } else { space_pair(of, &shot.params) };
+            contact_point(plant, of, &pair, &mounted, point, *state)
         })
         .collect();
     Scene {
@@ -343,6 +380,7 @@ fn scene<const N: usize>(plant: &Plant, shot: &Snapshot, facility: bool) -> Scen
         kinematics: k,
         simulated: k.parts,
         mounted,
+        states,
         touch: contacts.iter().fold(no_touch(), |sum, c| gather(&sum, c)),
         latch: latch(plant, &shot.params, &mounted, watch_now.closed),
         contacts,
@@ -383,7 +421,10 @@ fn bundle<const N: usize>(
     match structure {
         "Params" => flat(&p),
         "Masses" => flat(&if s.facility { hil_masses(&p) } else { space_masses(&p) }),
-        "Pair" => flat(&if s.facility { hil_pair(&p) } else { space_pair(&p) }),
+        "Pair" => {
+            let of = &plant.pairs[index % plant.pairs.len()];
+            flat(&if s.facility { hil_pair(of, &p) } else { space_pair(of, &p) })
+        }
         "Bodies" => flat(&s.bodies),
         "Kinematics" => flat(&s.kinematics),
         "Watch" => flat(&s.watch),
@@ -412,7 +453,7 @@ fn bundle<const N: usize>(
         "SetPoint" => optional::<N, SetPoint<f64>>(plant, shot, "set_a_"),
         "LatchState" => flat(&s.latch),
         "PointContact" => flat(&s.contacts[index % s.contacts.len()]),
-        "Vec3" => shot.lane.bristles(false, s.contacts.len())[3 * (index % s.contacts.len())..][..3].to_vec(),
+        "PointState" => flat(&s.states[index % s.states.len()]),
         "Point" => {
             let point = plant.contact.points[index % plant.contact.points.len()];
             flat(&Point { position: point.position, radius: point.radius })

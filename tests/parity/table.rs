@@ -5,7 +5,7 @@ use super::frame::{FRAME_ROWS, WRITTEN_OUT};
 use super::integers::INTEGER_ROWS;
 use super::samples::CASES;
 use softdock_kernels::compensator::{self, Compensation};
-use softdock_kernels::contact::{self, LatchState, Pair, Point, PointContact};
+use softdock_kernels::contact::{self, LatchState, Point, PointContact, PointState};
 use softdock_kernels::fields::{Bundle, from_slice, to_vec};
 use softdock_kernels::fixture;
 use softdock_kernels::frame::functions::frame_functions;
@@ -14,6 +14,7 @@ use softdock_kernels::impedance::{self, Admittance};
 use softdock_kernels::joint_level;
 use softdock_kernels::load::{self, Load};
 use softdock_kernels::manipulator::cell::{self, Drives, SetPoint};
+use softdock_kernels::material::Pair;
 use softdock_kernels::monitor::{self, Touch, Watch};
 use softdock_kernels::noise;
 use softdock_kernels::params::Params;
@@ -24,7 +25,6 @@ use softdock_kernels::session::{self, Asked, Clearance, Observed, Session};
 use softdock_kernels::space::{self, Actuation, Bodies, Kinematics, Masses, Parts, Wrench};
 use softdock_kernels::start;
 use softdock_kernels::test_motion::{self, Followed, Tracking};
-use softdock_kernels::vector::Vec3;
 use softdock_tracer::kernel::kernel;
 use std::collections::BTreeSet;
 
@@ -68,11 +68,13 @@ macro_rules! stages {
 }
 
 const COPIED: &str = "no arithmetic";
+const LITERALS: &str = "properties of a pair, rounded to f32";
 
 /// Every traced stage function; the input sampler of an argument is that of its bundle (`samples.rs`).
 pub(crate) fn stage_rows<const N: usize>() -> Vec<Row<Twin>> {
     let mut rows = body_rows::<N>();
     rows.extend(contact_rows());
+    rows.extend(law_rows().into_iter().flatten());
     rows.extend(facility_rows());
     rows.extend(joint_rows());
     rows.extend(monitor_rows::<N>());
@@ -95,12 +97,32 @@ fn body_rows<const N: usize>() -> Vec<Row<Twin>> {
     }
 }
 
+/// Rows of the laws of contact, whose functions each law has for itself.
+macro_rules! laws {
+    ($($law:literal, $allowed:literal, $reason:expr => $space:ident, $hil:ident, $point:ident;)*) => {
+        vec![$(stages! { m;
+            $space(p: Params<f64>) => contact::space_pair(&m.pairs[$law], &p), $allowed, $reason;
+            $hil(p: Params<f64>) => contact::hil_pair(&m.pairs[$law], &p), 4.0, "two roundings";
+            $point(pair: Pair<f64>, parts: Parts<f64>, point: Point<f64>, state: PointState<f64>)
+                => contact::contact_point(m, &m.pairs[$law], &pair, &parts, point, state), 200.0, "the depth is a difference of positions hundreds of times larger";
+        }),*]
+    };
+}
+
+/// The rows of each law.
+fn law_rows() -> Vec<Vec<Row<Twin>>> {
+    laws! {
+        0, 0.0, COPIED => space_pair, hil_pair, contact_point;
+        1, 1.0, LITERALS => space_pair_1, hil_pair_1, contact_point_1;
+        2, 1.0, LITERALS => space_pair_2, hil_pair_2, contact_point_2;
+        3, 0.0, COPIED => space_pair_3, hil_pair_3, contact_point_3;
+        4, 1.0, LITERALS => space_pair_4, hil_pair_4, contact_point_4;
+        5, 0.0, COPIED => space_pair_5, hil_pair_5, contact_point_5;
+    }
+}
+
 fn contact_rows() -> Vec<Row<Twin>> {
     stages! { m;
-        space_pair(p: Params<f64>) => contact::space_pair(&p), 0.0, COPIED;
-        hil_pair(p: Params<f64>) => contact::hil_pair(&p), 4.0, "two roundings";
-        contact_point(pair: Pair<f64>, parts: Parts<f64>, point: Point<f64>, bristle: Vec3<f64>)
-            => contact::contact_point(m, &pair, &parts, point, bristle), 200.0, "the depth is a difference of positions hundreds of times larger";
         latch(p: Params<f64>, parts: Parts<f64>, closed: f64) => contact::latch(m, &p, &parts, closed), 40.0, "the gap is a difference of positions";
         no_touch() => monitor::no_touch::<f64>(), 0.0, COPIED;
         gather(sum: Touch<f64>, c: PointContact<f64>) => monitor::gather(&sum, &c), 2.0, "one sum";
@@ -211,7 +233,9 @@ fn every_kernel_function_has_a_row_and_every_row_a_function() {
     for case in CASES.iter() {
         let traced: Vec<String> =
             kernel(&case.plant, case.batch).functions.into_iter().map(|function| function.name).collect();
-        let stages = if case.plant.cells.is_some() { all.clone() } else { &all - &of_joints };
+        let mut stages = if case.plant.cells.is_some() { all.clone() } else { &all - &of_joints };
+        let others = law_rows().into_iter().skip(case.plant.pairs.len()).flatten();
+        others.for_each(|row| assert!(stages.remove(row.name), "{}", row.name));
         assert_eq!(traced.len(), stages.len(), "a stage twice");
         assert_eq!(stages, traced.into_iter().collect(), "stages of {} against the table", case.name);
     }

@@ -6,7 +6,7 @@ use crate::expression::Bounds;
 use softdock_kernels::effects::{EFFECTS, Effect, EffectParameter, EffectSet, Null};
 use softdock_kernels::fields::fields;
 use softdock_kernels::manipulator::cell::Feedforward;
-use softdock_kernels::model::{CompensatorKind, Model, NormalLaw};
+use softdock_kernels::model::{CompensatorKind, Model};
 use softdock_kernels::params::Params;
 use std::ops::Range;
 
@@ -31,12 +31,12 @@ const NO_FEEDFORWARD: Reason = (
 const NO_TEST: Reason = ("the facility makes no test motion", "remove it, or add a table [facility.test_motion]");
 const NO_LAG: Reason =
     ("the lag of this response is always 0, which is ideal", "remove it, or give the response a lag above 0 s");
-const LINEAR: Reason = (
-    "the contact law \"linear\" has no dissipation",
+const VISCOUS: Reason = (
+    "the contact law has a damping and no dissipation",
     "disperse `contact_damping` instead, or write law = \"power\" in the scenario",
 );
-const POWER: Reason = (
-    "the contact law \"power\" has no linear damping",
+const DISSIPATIVE: Reason = (
+    "the contact law has a dissipation and no damping",
     "disperse `contact_dissipation` instead, or write law = \"linear\" in the scenario",
 );
 const BILATERAL: Reason =
@@ -112,7 +112,8 @@ fn ineffective(name: &str, model: &Model, bounds: &[Bounds]) -> Option<Reason> {
         bounds[at].least == 0.0 && bounds[at].greatest == 0.0
     };
     let without = |reason: Reason, condition: bool| condition.then_some(reason);
-    let (rail, linear) = (model.facility.rail.as_ref(), model.contact.law == NormalLaw::Linear);
+    let rail = model.facility.rail.as_ref();
+    let viscous = model.contact.law.is_viscous();
     let joints = model.facility.joint_level.as_ref();
     match name {
         _ if name.starts_with("latch_") => without(NO_LATCH, model.contact.latch.is_none()),
@@ -129,8 +130,8 @@ fn ineffective(name: &str, model: &Model, bounds: &[Bounds]) -> Option<Reason> {
             Some(level) => without(NO_FEEDFORWARD, !feeds(level.servo.feedforward, name)),
         },
         "rail_lag_damping" => without(NO_LAG, never("rail_lag")),
-        "contact_dissipation" => without(LINEAR, linear),
-        "contact_damping" => without(POWER, !linear),
+        "contact_dissipation" => without(VISCOUS, viscous),
+        "contact_damping" => without(DISSIPATIVE, !viscous),
         "bristle_stiffness"
         | "bristle_damping"
         | "contact_friction_error"
@@ -139,7 +140,7 @@ fn ineffective(name: &str, model: &Model, bounds: &[Bounds]) -> Option<Reason> {
         "contact_adhesion" => without(BILATERAL, model.contact.bilateral),
         "tool_speed_limit" | "tool_rotation_limit" => without(JOINTS, joints.is_some()),
         "contact_damping_error" => {
-            without(NO_DAMPING, never(if linear { "contact_damping" } else { "contact_dissipation" }))
+            without(NO_DAMPING, never(if viscous { "contact_damping" } else { "contact_dissipation" }))
         }
         _ if name.starts_with("tare_error_") => without(NO_TARE, !model.facility.tared),
         _ if name.starts_with("load_") => without(NO_LOAD, model.facility.load.is_none()),

@@ -181,7 +181,7 @@ impl Scenario {
             problems.push(Problem::at(&source, span, message).remedy(remedy));
         };
         for fault in faults(&self.model, extremes) {
-            note(fault.key, fault.parameter, fault.message, fault.remedy);
+            note(&fault.key, fault.parameter, fault.message, fault.remedy);
         }
         let sensor = extremes.greatest.sensor_delay;
         let least = self.model.timing.loop_delay(sensor, 0.0);

@@ -4,8 +4,9 @@
 
 use crate::mobility::{Chaser, greatest, target_about_com, target_at_point};
 use nalgebra::{DMatrix, DVector, Matrix3};
-use softdock_kernels::contact::REFERENCE_DEPTH;
-use softdock_kernels::model::{ArmControl, CompensatorKind, Model, NormalLaw, Thrust};
+use softdock_kernels::contact::{REFERENCE_DEPTH, common_pair};
+use softdock_kernels::material::{NormalLaw, Pair};
+use softdock_kernels::model::{ArmControl, CompensatorKind, MaterialPair, Model, Thrust};
 use softdock_kernels::params::Params;
 use softdock_kernels::vector::Vec3;
 
@@ -26,7 +27,7 @@ pub(crate) struct Extremes {
 /// Something that the step cannot follow.
 pub(crate) struct Fault {
     /// Key of the scenario file that states it.
-    pub(crate) key: &'static str,
+    pub(crate) key: String,
     /// Parameter of a campaign that drives it, if any.
     pub(crate) parameter: Option<&'static str>,
     pub(crate) message: String,
@@ -36,7 +37,7 @@ pub(crate) struct Fault {
 /// A spring and damper between bodies: the numbers that the step must follow.
 struct Spring {
     what: String,
-    key: &'static str,
+    key: String,
     parameter: Option<&'static str>,
     stiffness: f64,
     damping: f64,
@@ -57,7 +58,7 @@ pub(crate) fn faults(m: &Model, extremes: &Extremes) -> Vec<Fault> {
     let extremes = &Extremes { least: low, greatest: extremes.greatest };
     let Some(chaser) = Chaser::new(m, low.base_mass, low.base_inertia_scale) else {
         return vec![Fault {
-            key: "base.inertia",
+            key: "base.inertia".to_owned(),
             parameter: None,
             message: "base and arm together have no invertible mass matrix".to_owned(),
             remedy: "check the masses and inertias of base and links: they differ by too many orders".to_owned(),
@@ -102,7 +103,7 @@ impl Spring {
         };
         let largest = (ANGLE / frequency).min(most_decay / decay);
         let remedy = format!("write timing.{step_name} = \"{:.3e} ms\" or less, or soften it", floor3(largest * 1e3));
-        Some(Fault { key: self.key, parameter: self.parameter, message, remedy })
+        Some(Fault { key: self.key.clone(), parameter: self.parameter, message, remedy })
     }
 }
 
@@ -119,57 +120,79 @@ fn pair_mobility(m: &Model, low: &Params<f64>, chaser: &Chaser, point: Vec3<f64>
     greatest(&(chaser.at_point(chaser.part_a + lever) + target))
 }
 
-/// The contact pair, its bristle, and the latch.
+/// The contact pairs, their bristles, and the latch.
 fn contact(m: &Model, extremes: &Extremes, chaser: &Chaser) -> Vec<Spring> {
-    let (low, high) = (&extremes.least, &extremes.greatest);
-    let (slope, damping) = slope_and_damping(m, high);
-    let (damping_key, damping_name) = match m.contact.law {
-        NormalLaw::Linear => ("contact.damping", "contact_damping"),
-        NormalLaw::Power { .. } => ("contact.dissipation", "contact_dissipation"),
+    let common = MaterialPair {
+        points: (0..m.contact.points.len()).collect(),
+        solids: Vec::new(),
+        law: m.contact.law,
+        properties: common_pair(&extremes.greatest),
     };
-    let points = m.contact.points.iter().map(|point| pair_mobility(m, low, chaser, point.position));
-    let mobility = points.fold(0.0, f64::max);
-    let spring = |what: &str, key, parameter, stiffness, damping| Spring {
-        parameter: Some(parameter),
-        held: false,
-        ..held(what.to_owned(), key, stiffness, damping, mobility, "kg")
-    };
-    let mut springs = vec![
-        spring("contact pair", "contact.stiffness", "contact_stiffness", slope, 0.0),
-        spring("contact pair", damping_key, damping_name, 0.0, damping),
-    ];
-    if high.contact_friction > 0.0 {
-        let (k, b) = (high.bristle_stiffness, high.bristle_damping);
-        springs.push(spring("contact bristle", "contact.bristle_stiffness", "bristle_stiffness", k, 0.0));
-        springs.push(spring("contact bristle", "contact.bristle_damping", "bristle_damping", 0.0, b));
+    let damping = if m.contact.law.is_viscous() { "contact_damping" } else { "contact_dissipation" };
+    let parameters = ["contact_stiffness", damping, "bristle_stiffness", "bristle_damping"].map(Some);
+    let mut springs = pair_springs(m, extremes, chaser, &common, ("", "contact", parameters));
+    for (number, row) in m.contact.pairs.iter().enumerate() {
+        let (name, table) = (format!(" {}", number + 1), format!("contact.pair[{}]", number + 1));
+        springs.extend(pair_springs(m, extremes, chaser, row, (&name, &table, [None; 4])));
     }
     springs.extend(latch(m, extremes, chaser));
     springs
 }
 
+/// Normal and tangential springs and dampers of a pair, given its name, its table in the scenario file, and the parameters
+/// of a campaign that drive stiffness and damping of both.
+fn pair_springs(
+    m: &Model,
+    extremes: &Extremes,
+    chaser: &Chaser,
+    row: &MaterialPair,
+    (name, table, parameters): (&str, &str, [Option<&'static str>; 4]),
+) -> Vec<Spring> {
+    let (low, high, pair) = (&extremes.least, &extremes.greatest, &row.properties);
+    let place = |point: &usize| m.contact.points[*point].position;
+    let mobility = row.points.iter().map(|point| pair_mobility(m, low, chaser, place(point))).fold(0.0, f64::max);
+    let [slope, damping] = mounted_slope_and_damping(m, high, row.law, pair);
+    let damping_key = if row.law.is_viscous() { "damping" } else { "dissipation" };
+    let springs = [
+        ("contact pair", "stiffness", slope, 0.0),
+        ("contact pair", damping_key, 0.0, damping),
+        ("contact bristle", "bristle_stiffness", pair.bristle_stiffness, 0.0),
+        ("contact bristle", "bristle_damping", 0.0, pair.bristle_damping),
+    ];
+    let count = if pair.friction > 0.0 { 4 } else { 2 };
+    let spring = |((what, key, stiffness, damping), parameter): ((&str, &str, f64, f64), _)| Spring {
+        parameter,
+        held: false,
+        ..held(format!("{what}{name}"), &format!("{table}.{key}"), stiffness, damping, mobility, "kg")
+    };
+    springs.into_iter().zip(parameters).take(count).map(spring).collect()
+}
+
 /// Greatest slope \[N/m\] and damping \[N s/m\] of the mounted parts' normal force: at the deepest contact that is
 /// allowed.
-fn slope_and_damping(m: &Model, high: &Params<f64>) -> (f64, f64) {
+fn mounted_slope_and_damping(m: &Model, high: &Params<f64>, law: NormalLaw, pair: &Pair<f64>) -> [f64; 2] {
     let errors = |value: f64| 1.0 + value.max(0.0);
     let depth = m.task.max_depth;
     // K d^n (d / d_ref)^e has the exponent n + e, and n + e is at most n (1 + e).
     let bent = high.contact_exponent_error.max(0.0);
     let bend = (depth / REFERENCE_DEPTH).max(1.0).powf(bent);
-    let stiffness = high.contact_stiffness * errors(high.contact_stiffness_error) * bend;
-    let (slope, damping) = match m.contact.law {
-        NormalLaw::Linear => (stiffness, high.contact_damping),
-        NormalLaw::Power { exponent: n } => {
-            (stiffness * n * depth.powf(n - 1.0), stiffness * depth.powf(n) * high.contact_dissipation)
-        }
-    };
-    (slope * (1.0 + bent), damping * errors(high.contact_damping_error))
+    let stiffness = pair.stiffness * errors(high.contact_stiffness_error) * bend;
+    let [slope, damping] = law.slope_and_damping(&Pair { stiffness, ..*pair }, depth);
+    [slope * (1.0 + bent), damping * errors(high.contact_damping_error)]
+}
+
+/// The greatest of all pairs.
+fn greatest_slope_and_damping(m: &Model, high: &Params<f64>) -> [f64; 2] {
+    let rows = m.contact.pairs.iter().map(|row| mounted_slope_and_damping(m, high, row.law, &row.properties));
+    let common = mounted_slope_and_damping(m, high, m.contact.law, &common_pair(high));
+    rows.fold(common, |[slope, damping], own| [slope.max(own[0]), damping.max(own[1])])
 }
 
 /// Part B on its mount, pushed by the contact: a mass of 1 / (c w^2) between two springs.
 fn fixture(m: &Model, extremes: &Extremes) -> Spring {
     let high = &extremes.greatest;
     let rate = std::f64::consts::TAU * high.fixture_frequency;
-    let (slope, damping) = slope_and_damping(m, high);
+    let [slope, damping] = greatest_slope_and_damping(m, high);
     let (what, key) = ("part B on its mount".to_owned(), "facility.fixture.compliance");
     let spring = held(what, key, slope, damping, rate * rate * high.fixture_compliance, "kg");
     Spring { parameter: Some("fixture_compliance"), held: false, ..spring }
@@ -264,8 +287,8 @@ fn servos(m: &Model, extremes: &Extremes) -> Vec<Spring> {
 }
 
 /// A controller that is held over a tick.
-fn held(what: String, key: &'static str, stiffness: f64, damping: f64, mobility: f64, unit: &'static str) -> Spring {
-    Spring { what, key, parameter: None, stiffness, damping, mobility, unit, held: true }
+fn held(what: String, key: &str, stiffness: f64, damping: f64, mobility: f64, unit: &'static str) -> Spring {
+    Spring { what, key: key.to_owned(), parameter: None, stiffness, damping, mobility, unit, held: true }
 }
 
 /// The arm's controller, held over a tick.
@@ -333,7 +356,7 @@ fn lags(m: &Model, extremes: &Extremes) -> Vec<Fault> {
         .filter_map(|(what, key, parameter, least, most, damping)| {
             let shortest = dt / ANGLE * damping.max(1.0);
             (most > 0.0 && least < shortest).then(|| Fault {
-                key,
+                key: key.to_owned(),
                 parameter: Some(parameter),
                 message: format!(
                     "{what}: a lag of {:.4} ms is too short for a substep of {:.4} ms",

@@ -140,6 +140,10 @@ const UNITS: &[Row] = &[
     ("mJ", 1.0, 1e3, [2, 1, -2, 0]),
     ("kJ", 1e3, 1.0, [2, 1, -2, 0]),
     ("W", 1.0, 1.0, [2, 1, -3, 0]),
+    ("Pa", 1.0, 1.0, [-1, 1, -2, 0]),
+    ("kPa", 1e3, 1.0, [-1, 1, -2, 0]),
+    ("MPa", 1e6, 1.0, [-1, 1, -2, 0]),
+    ("GPa", 1e9, 1.0, [-1, 1, -2, 0]),
 ];
 
 /// Units that are not read, with what one of them is in SI.
@@ -160,6 +164,8 @@ const FOREIGN: &[(&str, f64, &str)] = &[
     ("knot", 0.514_444, "m/s"),
     ("gon", PI / 200.0, "rad"),
     ("erg", 1e-7, "J"),
+    ("psi", 6_894.757_293_168_36, "Pa"),
+    ("bar", 1e5, "Pa"),
     ("day", 86_400.0, "s"),
 ];
 
@@ -181,6 +187,7 @@ const KINDS: &[(&str, &str, &str)] = &[
     ("Hz", "a frequency", "Hz, kHz"),
     ("1/s", "a gain", "1/s"),
     ("N/m", "a stiffness", "N/m, N/mm, kN/m"),
+    ("Pa", "a modulus", "Pa, MPa, GPa"),
     ("m/N", "a compliance", "m/N, mm/N, mm / kN"),
     ("N s/m", "a damping", "N s/m, N s/mm"),
     ("s/m", "a dissipation", "s/m"),

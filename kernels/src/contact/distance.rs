@@ -1,7 +1,7 @@
 //! Exact signed distances of part B's solids and of their union, with the direction out of the material.
 
 use crate::contact::profile::{Profile, Surface};
-use crate::plant::{Plant, PreparedSolid};
+use crate::plant::PreparedSolid;
 use crate::real::Real;
 use crate::vector::{Vec3, vec3};
 
@@ -14,12 +14,12 @@ pub struct Distance<R> {
     pub normal: Vec3<R>,
 }
 
-/// Distance of a point of part B's frame to part B, the union of its solids.
+/// Distance of a point of part B's frame to the union of solids.
 #[inline(always)]
-pub fn part_distance<R: Real>(m: &Plant, point: Vec3<R>) -> Distance<R> {
+pub fn union_distance<R: Real>(solids: &[PreparedSolid], point: Vec3<R>) -> Distance<R> {
     let far = Distance { distance: R::lit(1.0e3), normal: vec3(R::lit(-1.0), R::lit(0.0), R::lit(0.0)) };
     let mut best = far;
-    for solid in &m.solids {
+    for solid in solids {
         let other = solid_distance(solid, point);
         let nearer = other.distance.lt(best.distance);
         best = Distance {

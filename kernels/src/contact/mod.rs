@@ -1,4 +1,4 @@
-//! Contact stage: points of part A against part B's distance; bristle friction; the capture latch.
+//! Contact stage: points of part A against distances to part B's solids; bristle friction; the capture latch.
 //!
 //! Signs: depth is positive when the parts overlap, the normal points out of part B, and every force given here
 //! acts on part A (its exact negative, at the same point, on part B). Forces are in inertial axes, moments about
@@ -12,31 +12,16 @@ pub mod profile;
 pub use law::REFERENCE_DEPTH;
 
 use crate::bundle;
-use crate::contact::distance::part_distance;
-use crate::contact::law::{friction, normal_force};
+use crate::contact::distance::union_distance;
+use crate::contact::law::Law;
+use crate::fields::literal;
+use crate::material::Pair;
 use crate::math::atan2;
 use crate::params::Params;
-use crate::plant::Plant;
+use crate::plant::{ContactPair, Plant};
 use crate::real::Real;
 use crate::space::{Motion, Parts, Wrench};
 use crate::vector::{Mat3, Vec3, vec3};
-
-bundle! {
-    /// Properties of a contact pair: the mounted parts may differ from those in space.
-    Pair {
-        stiffness: R, "N/m", "normal stiffness K (N/m^n)";
-        damping: R, "N s/m", "linear damping b";
-        dissipation: R, "s/m", "dissipation a of K d^n (1 + a d')";
-        friction: R, "1", "Coulomb friction coefficient";
-        bristle_stiffness: R, "N/m", "tangential stiffness before slip";
-        bristle_damping: R, "N s/m", "tangential damping before slip";
-        exponent_error: R, "1", "error e of the exponent: the spring times (d / 1 mm)^e";
-        stribeck: R, "1", "share s of the friction that falls with the sliding speed";
-        stribeck_speed: R, "m/s", "sliding speed at which that share has fallen to 1/e";
-        anisotropy: R, "1", "share a by which friction is higher along part B's y axis and lower across it";
-        adhesion: R, "N", "tension of a point before it separates";
-    }
-}
 
 bundle! {
     /// One contact point of part A.
@@ -47,10 +32,18 @@ bundle! {
 }
 
 bundle! {
+    /// What a contact point keeps from substep to substep under one law.
+    PointState {
+        bristle: Vec3<R>, "m", "tangential deflection, part B's axes";
+        approach: R, "m/s", "speed of approach at the touch, 0 when apart; kept for laws that need it";
+    }
+}
+
+bundle! {
     /// What one contact point does.
     PointContact {
         wrench: Wrench<R>, "1", "wrench on part A about A's origin, inertial axes";
-        bristle: Vec3<R>, "m", "tangential deflection after the substep, part B's axes";
+        state: PointState<R>, "1", "what it keeps after the substep";
         depth: R, "m", "overlap, negative when apart";
         force: R, "N", "normal force, positive when pushing apart";
         normal: Vec3<R>, "1", "outward normal of part B, inertial axes";
@@ -68,9 +61,9 @@ bundle! {
     }
 }
 
-/// The true pair: the loop in space.
+/// The pair of the parameters.
 #[inline(always)]
-pub fn space_pair<R: Real>(p: &Params<R>) -> Pair<R> {
+pub fn common_pair<R: Real>(p: &Params<R>) -> Pair<R> {
     let none = R::lit(0.0);
     Pair {
         stiffness: p.contact_stiffness,
@@ -87,48 +80,72 @@ pub fn space_pair<R: Real>(p: &Params<R>) -> Pair<R> {
     }
 }
 
-/// The pair that is mounted on the robots.
+/// The true pair of a law: the loop in space.
 #[inline(always)]
-pub fn hil_pair<R: Real>(p: &Params<R>) -> Pair<R> {
+pub fn space_pair<R: Real>(of: &ContactPair, p: &Params<R>) -> Pair<R> {
+    of.properties.map_or_else(|| common_pair(p), |given| literal(&given))
+}
+
+/// The true pairs of all laws of a plant.
+pub fn space_pairs(m: &Plant, p: &Params<f64>) -> Vec<Pair<f64>> {
+    m.pairs.iter().map(|of| space_pair(of, p)).collect()
+}
+
+/// The pair that is mounted on the robots: its errors are those of the parameters, whatever its law.
+#[inline(always)]
+pub fn hil_pair<R: Real>(of: &ContactPair, p: &Params<R>) -> Pair<R> {
     let one = R::lit(1.0);
-    let damping = one + p.contact_damping_error;
-    Pair {
-        stiffness: p.contact_stiffness * (one + p.contact_stiffness_error),
-        damping: p.contact_damping * damping,
-        dissipation: p.contact_dissipation * damping,
-        friction: p.contact_friction * (one + p.contact_friction_error),
+    let (damping, space) = (one + p.contact_damping_error, space_pair(of, p));
+    let mounted = Pair {
+        stiffness: space.stiffness * (one + p.contact_stiffness_error),
+        damping: space.damping * damping,
+        dissipation: space.dissipation * damping,
+        friction: space.friction * (one + p.contact_friction_error),
         exponent_error: p.contact_exponent_error,
         stribeck: p.contact_stribeck,
         anisotropy: p.contact_anisotropy,
         adhesion: p.contact_adhesion,
-        ..space_pair(p)
+        ..space
+    };
+    let Some(given) = of.properties else { return mounted };
+    let own_speed = if given.stribeck == 0.0 { p.contact_stribeck_speed } else { space.stribeck_speed };
+    Pair {
+        stribeck: space.stribeck + mounted.stribeck,
+        stribeck_speed: own_speed,
+        anisotropy: space.anisotropy + mounted.anisotropy,
+        adhesion: space.adhesion + mounted.adhesion,
+        ..mounted
     }
 }
 
-/// One point of part A against part B.
+/// One point of part A against the solids of a law.
 #[inline(always)]
 pub fn contact_point<R: Real>(
     m: &Plant,
+    of: &ContactPair,
     pair: &Pair<R>,
     parts: &Parts<R>,
     point: Point<R>,
-    bristle: Vec3<R>,
+    state: PointState<R>,
 ) -> PointContact<R> {
     let (a, b) = (parts.a, parts.b);
     let centre = a.attitude.rotate(point.position);
     let b_axes = b.attitude.matrix();
-    let surface = part_distance(m, in_part_b(parts, b_axes, centre));
+    let surface = union_distance(&of.solids, in_part_b(parts, b_axes, centre));
     let normal = b_axes.times(surface.normal);
     let depth = point.radius - surface.distance;
     let lever = normal.scale_add(-point.radius, centre);
     let velocity = sliding_velocity(&a, &b, lever);
     let sink_rate = -velocity.dot(normal);
-    let force = normal_force(m, pair, depth, sink_rate);
+    let law = Law { m, of, pair };
+    let approach = law.approach(depth, sink_rate, state.approach);
+    let force = law.normal_force(depth, sink_rate, approach);
 
     let slip = b_axes.transposed_times(normal.scale_add(sink_rate, velocity));
-    let (friction, bristle) = friction(m, pair, force, slip, bristle, surface.normal);
+    let (friction, bristle) = law.friction(force, slip, state.bristle, surface.normal);
     let push = normal.scale_add(force, b_axes.times(friction));
-    PointContact { wrench: Wrench { force: push, moment: lever.cross(push) }, bristle, depth, force, normal, lever }
+    let state = PointState { bristle, approach };
+    PointContact { wrench: Wrench { force: push, moment: lever.cross(push) }, state, depth, force, normal, lever }
 }
 
 /// A point that is given from A's origin in inertial axes, in part B's frame.

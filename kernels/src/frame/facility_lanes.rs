@@ -2,18 +2,20 @@
 
 use super::{Batch, FacilityLanes, Interface, all, touch_points, zero_wrench};
 use crate::compensator::{compensates, new_compensation, prediction_horizon};
-use crate::contact::Pair;
 use crate::delay_line::{Line, line_slots};
 use crate::fields::Bundle;
+use crate::fields::filled;
 use crate::fixture::is_compliant;
 use crate::frame::arms::Arms;
 use crate::impedance::no_admittance;
 use crate::lanes::{Lane, MOST_LANES, Stage};
 use crate::load::{load_at, loaded, sensor_at};
+use crate::material::Pair;
 use crate::model::CompensatorKind;
 use crate::monitor::{self, Watch};
 use crate::noise::{LINK, SENSOR, uniforms};
 use crate::params::Params;
+use crate::plant::ContactPair;
 use crate::plant::Plant;
 use crate::robot::{commands_poses, mounted_parts, parts_by_axes};
 use crate::sensor::Sensor;
@@ -24,7 +26,6 @@ use crate::staged::{
     interpolate, kinematics, latch, normals, on_course, range_used, set_where, start, substitute, with_test,
 };
 use crate::test_motion::no_tracking;
-use crate::vector::Vec3;
 
 /// A run that enters a lane: the lane, the run's number, its parameters.
 pub(super) type Entering = (usize, u64, Params<f64>);
@@ -69,18 +70,23 @@ impl<L: Lane> Stage for ResetFacility<'_, L> {
     }
 }
 
+/// Properties of a law in one of the loops.
+pub(super) type SidePair<L> = fn(&ContactPair, &Params<L>) -> Pair<L>;
+
 impl<L: Lane> Interface<L> {
     /// Before the first contact.
-    pub(super) fn new(m: &Plant, pair: Pair<L>) -> Self {
-        Self { pair, watch: monitor::new_watch(), bristles: vec![Vec3::zero(); m.contact.points.len()] }
+    pub(super) fn new(m: &Plant, p: &Params<L>, side: SidePair<L>) -> Self {
+        let pairs = m.pairs.iter().map(|of| side(of, p)).collect();
+        Self { pairs, watch: monitor::new_watch(), states: vec![filled(L::lit(0.0)); m.contacts.len()] }
     }
 
     /// Starts the runs of the lanes in the mask.
     #[inline(always)]
-    pub(super) fn reset(&mut self, pair: &Pair<L>, fresh: L::Mask) {
-        self.pair.set_where(fresh, pair);
+    pub(super) fn reset(&mut self, m: &Plant, p: &Params<L>, side: SidePair<L>, fresh: L::Mask) {
+        let pairs = self.pairs.iter_mut().zip(&m.pairs);
+        pairs.for_each(|(pair, of)| pair.set_where(fresh, &side(of, p)));
         self.watch.set_where(fresh, &monitor::new_watch());
-        self.bristles.iter_mut().for_each(|b| *b = Vec3::select(fresh, Vec3::zero(), *b));
+        self.states.iter_mut().for_each(|state| state.set_where(fresh, &filled(L::lit(0.0))));
     }
 }
 
@@ -134,7 +140,7 @@ impl<L: Lane> FacilityLanes<L> {
             let field = field.next().expect("an endless count");
             L::gather(|lane| starts[lane][field])
         });
-        let interface = Interface::new(m, crate::contact::hil_pair(&facility.params));
+        let interface = Interface::new(m, &facility.params, crate::contact::hil_pair);
         L::stage(ResetFacility { facility: &mut facility, m, parts: &parts, fresh });
         (facility, interface)
     }
@@ -270,7 +276,7 @@ impl<L: Lane> FacilityLanes<L> {
             self.move_robots(m, &displaced(m, &interpolate(m, &first, &second, &third, place), &self.admittance));
             let parts = crate::robot::mounted_parts(m, &self.params, &self.robots);
             let time = now - L::lit(f64::from(m.timing.substeps - substep) * m.timing.substep);
-            let touch = touch_points(m, &interface.pair, &parts, &mut interface.bristles, live);
+            let touch = touch_points(m, &interface.pairs, &parts, &mut interface.states, live);
             let latch = latch(m, &self.params, &parts, interface.watch.closed);
             in_place::observe(m, &mut interface.watch, time, &parts, simulated, &touch, &latch);
             let pushed = monitor::total_wrench(&touch, &latch);

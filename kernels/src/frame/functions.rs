@@ -14,17 +14,18 @@ pub fn frame_functions<const N: usize>() -> Vec<(&'static str, FrameFunction<N>)
     vec![
         ("zero_wrench", |_, _| to_vec(&zero_wrench::<f64>())),
         ("touch_space", |tile, m| {
-            let (parts, pair) = (simulated(m, &tile.space).parts, tile.space.interface.pair);
-            to_vec(&touch_points(m, &pair, &parts, &mut tile.space.interface.bristles, true))
+            let parts = simulated(m, &tile.space).parts;
+            let Interface { pairs, states, .. } = &mut tile.space.interface;
+            to_vec(&touch_points(m, pairs, &parts, states, true))
         }),
         ("touch_facility", |tile, m| {
-            let (mounted, pair) =
-                (crate::robot::mounted_parts(m, &tile.facility.params, &tile.facility.robots), tile.hil.interface.pair);
-            to_vec(&touch_points(m, &pair, &mounted, &mut tile.hil.interface.bristles, true))
+            let mounted = crate::robot::mounted_parts(m, &tile.facility.params, &tile.facility.robots);
+            let Interface { pairs, states, .. } = &mut tile.hil.interface;
+            to_vec(&touch_points(m, pairs, &mounted, states, true))
         }),
-        ("reset_bristles", |tile, _| {
-            let bristles = tile.space.interface.bristles.iter_mut().chain(&mut tile.hil.interface.bristles);
-            bristles.for_each(|bristle| *bristle = Vec3::zero());
+        ("reset_contacts", |tile, _| {
+            let states = tile.space.interface.states.iter_mut().chain(&mut tile.hil.interface.states);
+            states.for_each(|state| *state = crate::fields::filled(0.0));
             Vec::new()
         }),
         ("tick_space", |tile, m| {

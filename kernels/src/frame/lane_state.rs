@@ -5,14 +5,16 @@
 
 use super::{Tile, arms::Arms};
 use crate::compensator::{Compensation, compensates};
-use crate::contact::{hil_pair, space_pair};
+use crate::contact::{PointState, hil_pair, space_pair};
 use crate::effects::EffectId;
 use crate::fields::{Bundle, Field, bundle_name, fields, from_slice, join, to_vec};
 use crate::frame::Batch;
+use crate::frame::facility_lanes::SidePair;
 use crate::impedance::Admittance;
 use crate::lanes::Lane;
 use crate::load::{Load, loaded};
 use crate::manipulator::cell::{Drives, SetPoint};
+use crate::material::NormalLaw;
 use crate::monitor::Watch;
 use crate::outcome::EndState;
 use crate::params::Params;
@@ -23,7 +25,6 @@ use crate::session::{Session, supervised};
 use crate::space::{Bodies, Parts, Wrench, hil_masses, space_masses};
 use crate::staged::kinematics;
 use crate::test_motion::Tracking;
-use crate::vector::Vec3;
 
 /// A variable of a lane.
 #[derive(Clone, Debug)]
@@ -55,7 +56,7 @@ macro_rules! lane_state {
         { $($name:ident: $ty:ty $(, if $is_kept:expr)? => $place:expr;)* }
         joint level { $($joint:ident: $joint_ty:ty => $joint_place:expr;)* }
     ) => {
-        /// The variables of a lane besides the bristles, in the order of the state buffer.
+        /// The variables of a lane besides its contacts, in the order of the state buffer.
         fn table<const N: usize>($m: &Plant) -> Vec<StateVariable> {
             type L = f64;
             let has_joints = $m.cells.is_some();
@@ -166,16 +167,23 @@ end_state! {
     touch_lever: space_watch.lever;
 }
 
-/// Variables of the bristles of so many contact points: of the loop in space, then of the facility's.
-pub fn bristle_names(points: usize) -> Vec<String> {
-    let of = |side: &'static str| (0..points).map(move |i| format!("{side}_bristle_{i}"));
+/// Variables of the states of so many contacts: of the loop in space, then of the facility's.
+pub fn contact_names(contacts: usize) -> Vec<String> {
+    let of = |side: &'static str| (0..contacts).map(move |i| format!("{side}_contact_{i}"));
     of("space").chain(of("hil")).collect()
 }
 
 /// The variables of a lane, in the order of the state buffer; those of the joint level are there without one, not kept.
 pub fn state_variables<const N: usize>(m: &Plant) -> Vec<StateVariable> {
-    let bristle = |name| StateVariable::of::<Vec3<f64>>(m, name, true);
-    table::<N>(m).into_iter().chain(bristle_names(m.contact.points.len()).into_iter().map(bristle)).collect()
+    let laws = || m.contacts.iter().map(|contact| m.pairs[contact.pair].law);
+    let of = |(name, law): (String, NormalLaw)| {
+        let mut variable = StateVariable::of::<PointState<f64>>(m, name, true);
+        let is_kept = |field: &Field| field.name != "approach" || law.needs_approach();
+        variable.fields.iter_mut().for_each(|(kept, field)| *kept &= is_kept(field));
+        variable
+    };
+    let contacts = contact_names(m.contacts.len()).into_iter().zip(laws().chain(laws()));
+    table::<N>(m).into_iter().chain(contacts.map(of)).collect()
 }
 
 /// The rows of a lane's state, in the order of the kernel's state buffer.
@@ -208,14 +216,6 @@ pub struct LaneState {
     pub lines: Vec<f64>,
 }
 
-impl LaneState {
-    /// The bristles of the facility's loop, or of the one in space, with so many contact points: three numbers each.
-    pub fn bristles(&self, facility: bool, points: usize) -> &[f64] {
-        let from = self.state.len() - 3 * points * if facility { 1 } else { 2 };
-        &self.state[from..][..3 * points]
-    }
-}
-
 impl<const N: usize> Tile<f64, N> {
     /// A tile in the middle of a run.
     pub fn resume(m: &Plant, batch: Batch, run: u64, tick: u32, params: Params<f64>, lane: &LaneState) -> Self {
@@ -227,14 +227,15 @@ impl<const N: usize> Tile<f64, N> {
         let mut kept = lane.state.iter().copied();
         let of = |(is_kept, _)| if is_kept { kept.next().expect("a number for every kept row") } else { 0.0 };
         let whole: Vec<f64> = all_fields::<N>(m).into_iter().map(of).collect();
-        tile.restore(&mut &whole[..]);
-        let parameters = [(space_masses(&params), space_pair(&params)), (hil_masses(&params), hil_pair(&params))];
-        let sides = [&mut tile.space, &mut tile.hil].into_iter().zip(parameters).enumerate();
-        for (index, (side, (masses, pair))) in sides {
-            (side.masses, side.interface.pair) = (masses, pair);
+        let mut numbers = &whole[..];
+        tile.restore(&mut numbers);
+        let parameters: [(_, SidePair<f64>); 2] =
+            [(space_masses(&params), space_pair), (hil_masses(&params), hil_pair)];
+        for (side, (masses, pair)) in [&mut tile.space, &mut tile.hil].into_iter().zip(parameters) {
+            side.masses = masses;
+            side.interface.pairs = m.pairs.iter().map(|of| pair(of, &params)).collect();
             side.kinematics = kinematics(m, &masses, &side.bodies);
-            side.interface.bristles =
-                lane.bristles(index == 1, m.contact.points.len()).chunks(3).map(from_slice).collect();
+            side.interface.states.iter_mut().for_each(|state| *state = take(&mut numbers));
         }
         let (commands, wrenches) = lane.lines.split_at(tile.facility.slots * fields::<f64, Parts<f64>>().len());
         for (slot, values) in commands.chunks(commands.len() / tile.facility.slots).enumerate() {
@@ -246,10 +247,15 @@ impl<const N: usize> Tile<f64, N> {
         tile
     }
 
+    /// What the contacts keep: of the loop in space, and of the facility's.
+    pub fn contact_states(&self) -> [Vec<PointState<f64>>; 2] {
+        [&self.space, &self.hil].map(|side| side.interface.states.clone())
+    }
+
     /// What [`resume`](Self::resume) needs to go on from here, besides run, tick and parameters.
     pub fn lane_state(&self, m: &Plant) -> LaneState {
-        let bristles = self.space.interface.bristles.iter().chain(&self.hil.interface.bristles);
-        let numbers = self.numbers().into_iter().chain(bristles.flat_map(to_vec::<f64, _>));
+        let states = self.contact_states().into_iter().flatten();
+        let numbers = self.numbers().into_iter().chain(states.flat_map(|state| to_vec::<f64, _>(&state)));
         let kept = all_fields::<N>(m).into_iter().zip(numbers).filter_map(|((kept, _), value)| kept.then_some(value));
         let commands = (0..self.facility.slots).flat_map(|slot| to_vec(&self.facility.commands.at(slot, 0)));
         let wrenches = (0..self.facility.slots).flat_map(|slot| to_vec(&self.facility.wrenches.at(slot, 0)));

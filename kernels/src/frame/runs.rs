@@ -4,6 +4,7 @@ use super::facility_lanes::ResetFacility;
 use super::{Loops, Tile, one};
 use crate::contact::{hil_pair, space_pair};
 use crate::fields::Bundle;
+use crate::frame::facility_lanes::SidePair;
 use crate::lanes::{Lane, Stage};
 use crate::metrics::Metrics;
 use crate::outcome::{EndState, Finished};
@@ -44,11 +45,11 @@ impl<L: Lane, const N: usize> Tile<L, N> {
     #[inline(always)]
     pub(super) fn reset(&mut self, m: &Plant, fresh: L::Mask) {
         let p = &self.facility.params;
-        let pairs = [(space_masses(p), space_pair(p)), (hil_masses(p), hil_pair(p))];
-        for (side, (masses, pair)) in [&mut self.space, &mut self.hil].into_iter().zip(pairs) {
+        let sides: [(_, SidePair<L>); 2] = [(space_masses(p), space_pair), (hil_masses(p), hil_pair)];
+        for (side, (masses, pair)) in [&mut self.space, &mut self.hil].into_iter().zip(sides) {
             side.masses.set_where(fresh, &masses);
             side.bodies.set_where(fresh, &start(m, p, &side.masses));
-            side.interface.reset(&pair, fresh);
+            side.interface.reset(m, p, pair, fresh);
         }
         if self.facility.batch.loops == Loops::SpaceOnly {
             self.hil.interface.watch.done = L::lit(1.0);

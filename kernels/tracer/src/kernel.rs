@@ -1,11 +1,12 @@
 //! The whole WGSL module of a scenario: structs and buffer access from the field tables, traced stages, the frame.
 
-use crate::stages::{functions, structures};
+use crate::stages::{functions, of_law, structures};
 use crate::wgsl::{Function, Struct};
 use softdock_kernels::compensator::compensates;
-use softdock_kernels::fields::Field;
+use softdock_kernels::contact::PointState;
+use softdock_kernels::fields::{Field, fields};
 use softdock_kernels::fixture::is_compliant;
-use softdock_kernels::frame::lane_state::{StateVariable, bristle_names, end_state_members, state_variables};
+use softdock_kernels::frame::lane_state::{StateVariable, contact_names, end_state_members, state_variables};
 use softdock_kernels::frame::{Batch, Loops};
 use softdock_kernels::load::loaded;
 use softdock_kernels::model::CompensatorKind;
@@ -138,29 +139,44 @@ fn constants(plant: &Plant, batch: Batch, slots: usize) -> String {
     )
 }
 
-/// All contact points of a pair of parts one after the other.
+/// All contacts of a pair of parts one after the other.
 ///
-/// Written out point by point: a loop would have to keep the bristles in storage, which on some drivers costs more
-/// than the contact itself.
+/// Written out one by one: a loop would have to keep their states in storage, which on some drivers costs more than the
+/// contact itself.
 fn touches(plant: &Plant) -> String {
-    let mut out = String::new();
-    let names = bristle_names(plant.contact.points.len());
+    let mut out = String::from("\n");
+    let listed = |text: &dyn Fn(usize) -> String| {
+        let all: Vec<String> = (0..plant.pairs.len()).map(text).collect();
+        all.join(", ")
+    };
+    let _ = writeln!(out, "struct Pairs {{ {} }}", listed(&|law| format!("p{law}: Pair")));
+    for side in ["space", "hil"] {
+        let pairs = listed(&|law| format!("{}(p)", of_law(&format!("{side}_pair"), law)));
+        let _ = write!(out, "\nfn {side}_pairs(p: Params) -> Pairs {{\n    return Pairs({pairs});\n}}\n");
+    }
     for (function, side) in [("touch_space", "space"), ("touch_facility", "hil")] {
-        let _ = write!(out, "\nfn {function}(pair: Pair, parts: Parts) -> Touch {{\n    var sum = no_touch();\n");
-        for (index, point) in plant.contact.points.iter().enumerate() {
-            let (r, bristle) = (point.position, format!("{side}_bristle_{index}"));
+        let _ = write!(out, "\nfn {function}(pairs: Pairs, parts: Parts) -> Touch {{\n    var sum = no_touch();\n");
+        for (index, contact) in plant.contacts.iter().enumerate() {
+            let (point, state) = (&plant.contact.points[contact.point], format!("{side}_contact_{index}"));
+            let (r, law) = (point.position, contact.pair);
             let [x, y, z, radius] = [r.x, r.y, r.z, point.radius].map(crate::wgsl::literal);
+            let stage = of_law("contact_point", law);
+            let kept =
+                fields::<f64, PointState<f64>>().into_iter().map(|field| format!("c{index}.state_{}", field.name));
+            let kept: Vec<String> = kept.collect();
             let _ = write!(
                 out,
-                "    let c{index} = contact_point(pair, parts, Point({x}, {y}, {z}, {radius}), {bristle});\n    \
-                 {bristle} = Vec3(c{index}.bristle_x, c{index}.bristle_y, c{index}.bristle_z);\n    \
-                 sum = gather(sum, c{index});\n"
+                "    let c{index} = {stage}(pairs.p{law}, parts, Point({x}, {y}, {z}, {radius}), {state});\n    \
+                 {state} = PointState({});\n    \
+                 sum = gather(sum, c{index});\n",
+                kept.join(", ")
             );
         }
         out.push_str("    return sum;\n}\n");
     }
-    out.push_str("\nfn reset_bristles() {\n");
-    names.iter().for_each(|name| out.push_str(&format!("    {name} = Vec3();\n")));
+    out.push_str("\nfn reset_contacts() {\n");
+    let names = contact_names(plant.contacts.len());
+    names.iter().for_each(|name| out.push_str(&format!("    {name} = PointState();\n")));
     out + "}\n"
 }
 

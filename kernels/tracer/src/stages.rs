@@ -3,13 +3,14 @@
 use crate::trace::Sym;
 use crate::wgsl::{Function, Struct};
 use softdock_kernels::compensator::{self, Compensation};
-use softdock_kernels::contact::{self, LatchState, Pair, Point, PointContact};
+use softdock_kernels::contact::{self, LatchState, Point, PointContact, PointState};
 use softdock_kernels::fields::{Bundle, bundle_name, fields};
 use softdock_kernels::fixture;
 use softdock_kernels::impedance::{self, Admittance};
 use softdock_kernels::joint_level;
 use softdock_kernels::load::{self, Load};
 use softdock_kernels::manipulator::cell::{self, Drives, SetPoint};
+use softdock_kernels::material::Pair;
 use softdock_kernels::metrics::Metrics;
 use softdock_kernels::monitor::{self, Touch, Watch};
 use softdock_kernels::noise::{self, Normals};
@@ -61,6 +62,7 @@ pub fn structures<const N: usize>(m: &Plant) -> Vec<Struct> {
         structure::<Wrench<Sym>>(),
         structure::<Point<Sym>>(),
         structure::<Vec3<Sym>>(),
+        structure::<PointState<Sym>>(),
         structure::<PointContact<Sym>>(),
         structure::<LatchState<Sym>>(),
         structure::<Touch<Sym>>(),
@@ -112,17 +114,29 @@ fn body_stages<const N: usize>(m: &Plant) -> Vec<Function> {
     ]
 }
 
+/// Name of a stage function that a law of contact has for itself: that of the first has no number.
+pub fn of_law(name: &str, law: usize) -> String {
+    if law == 0 { name.to_owned() } else { format!("{name}_{law}") }
+}
+
 fn contact_stages(m: &Plant) -> Vec<Function> {
-    vec![
-        stage!(space_pair(p: Params<Sym>) -> Pair<Sym> => contact::space_pair(&p)),
-        stage!(hil_pair(p: Params<Sym>) -> Pair<Sym> => contact::hil_pair(&p)),
-        stage!(contact_point(pair: Pair<Sym>, parts: Parts<Sym>, point: Point<Sym>, bristle: Vec3<Sym>)
-            -> PointContact<Sym> => contact::contact_point(m, &pair, &parts, point, bristle)),
+    let laws = m.pairs.iter().enumerate().flat_map(|(law, of)| {
+        let functions = [
+            stage!(space_pair(p: Params<Sym>) -> Pair<Sym> => contact::space_pair(of, &p)),
+            stage!(hil_pair(p: Params<Sym>) -> Pair<Sym> => contact::hil_pair(of, &p)),
+            stage!(contact_point(pair: Pair<Sym>, parts: Parts<Sym>, point: Point<Sym>, state: PointState<Sym>)
+                -> PointContact<Sym> => contact::contact_point(m, of, &pair, &parts, point, state)),
+        ];
+        functions.map(|function| Function { name: of_law(&function.name, law), ..function })
+    });
+    let mut all: Vec<Function> = laws.collect();
+    all.extend([
         stage!(latch(p: Params<Sym>, parts: Parts<Sym>, closed: Sym) -> LatchState<Sym> => contact::latch(m, &p, &parts, closed)),
         stage!(no_touch() -> Touch<Sym> => monitor::no_touch()),
         stage!(gather(sum: Touch<Sym>, c: PointContact<Sym>) -> Touch<Sym> => monitor::gather(&sum, &c)),
         stage!(total_wrench(touch: Touch<Sym>, latch: LatchState<Sym>) -> Wrench<Sym> => monitor::total_wrench(&touch, &latch)),
-    ]
+    ]);
+    all
 }
 
 fn facility_stages(m: &Plant) -> Vec<Function> {

@@ -1,10 +1,13 @@
-//! The contact pair: points, solids, law, latch, and the nominal values that follow from others.
+//! Contact: points, solids, laws of the pairs, latch, and the nominal values that follow from others.
 
 use super::{GATE_ANGLE, GATE_SIZE};
 use crate::check::{Checker, span_of, take_parameters};
 use crate::mobility::effective_mass;
-use crate::written::scenario::{ContactTable, LatchTable, PointTable, ScenarioFile, SolidTable, StartTable};
-use softdock_kernels::model::{Contact, ContactPoint, Latch, Model, NormalLaw, Shape, Solid};
+use crate::written::scenario::{ContactTable, LatchTable, LawKeys, PointTable, ScenarioFile, SolidTable, StartTable};
+use crate::written::{At, Quantities};
+use softdock_kernels::contact::common_pair;
+use softdock_kernels::material::{NormalLaw, Pair};
+use softdock_kernels::model::{Contact, ContactPoint, Latch, MaterialPair, Model, Shape, Solid};
 use softdock_kernels::params::Params;
 use softdock_kernels::range::{LENGTH, Range, SPEED};
 use softdock_kernels::vector::vec3;
@@ -18,18 +21,19 @@ const BRISTLE_RATIO: f64 = 2.0 / 3.0;
 /// Damping ratio of an unstated bristle: near critical, so that a stuck contact does not ring.
 const BRISTLE_DAMPING_RATIO: f64 = 0.7;
 
+/// Exponent of a law that states none, and the restitution that one may state.
+const HERTZ: f64 = 1.5;
+const RESTITUTION: Range = Range::within(0.01, 1.0);
+const EXPONENT: Range = Range::within(1.0, 5.0);
+/// The closing speed at the start over the slowest touch that is damped at its own speed, and that touch without a
+/// closing speed \[m/s\].
+const SLOWER: f64 = 10.0;
+const SLOWEST: f64 = 1e-3;
+
 pub(crate) fn read(c: &mut Checker, file: &ScenarioFile, p: &mut Params<f64>) -> Contact {
     let table = &file.contact.value;
-    let law = law(c, table);
-    take_parameters!(c, p;
-        contact_stiffness = table.stiffness;
-        contact_damping = table.damping;
-        contact_dissipation = table.dissipation;
-        contact_friction = table.friction;
-    );
-    p.bristle_stiffness =
-        c.parameter_or(&table.bristle_stiffness, "bristle_stiffness", BRISTLE_RATIO * p.contact_stiffness);
-    take_parameters!(c, p; bristle_damping = table.bristle_damping;);
+    let (law, pair) = law(c, table.law(), p.closing_speed);
+    store(&pair, p);
     let (points, solids) = (&file.part_a.point, &file.part_b.solid);
     for (span, count, most, what) in [
         (&points.span, points.value.len(), MOST_POINTS, "contact points"),
@@ -43,29 +47,173 @@ pub(crate) fn read(c: &mut Checker, file: &ScenarioFile, p: &mut Params<f64>) ->
         points: points.value.iter().map(|table| point(c, table)).collect(),
         solids: solids.value.iter().map(|table| solid(c, table)).collect(),
         law,
+        pairs: pairs(c, file, p.closing_speed),
         bilateral: table.bilateral.unwrap_or(false),
         latch: file.latch.as_ref().map(|table| latch(c, table, p)),
     }
 }
 
-fn law(c: &mut Checker, table: &ContactTable) -> NormalLaw {
-    let power = c.choice(&table.law, &[("linear", false), ("power", true)]);
-    let keys = [
-        ("exponent", span_of(&table.exponent), power, false),
-        ("damping", span_of(&table.damping), !power, false),
-        ("dissipation", span_of(&table.dissipation), power, false),
-        ("restitution", span_of(&table.restitution), true, false),
+/// The material pairs. Damping by restitution and the default of the bristle's damping follow in [`complete`].
+fn pairs(c: &mut Checker, file: &ScenarioFile, closing_speed: f64) -> Vec<MaterialPair> {
+    let points: Vec<_> = file.part_a.point.value.iter().map(|point| point.name.as_ref()).collect();
+    let solids: Vec<_> = file.part_b.solid.value.iter().map(|solid| solid.name.as_ref()).collect();
+    let mut pairs: Vec<MaterialPair> = Vec::new();
+    for table in &file.contact.value.pair {
+        let (law, pair) = law(c, table.law(), closing_speed);
+        let mut take = |written, field, default| c.parameter_or(written, field, default);
+        let properties = Pair {
+            stribeck: take(&table.stribeck, "contact_stribeck", 0.0),
+            stribeck_speed: take(&table.stribeck_speed, "contact_stribeck_speed", pair.stribeck_speed),
+            anisotropy: take(&table.anisotropy, "contact_anisotropy", 0.0),
+            adhesion: take(&table.adhesion, "contact_adhesion", 0.0),
+            ..pair
+        };
+        let points = named(c, table.a.as_deref(), &points, "part_a.point");
+        let solids = named(c, table.b.as_deref(), &solids, "part_b.solid");
+        let row = MaterialPair { points, solids, law, properties };
+        let meets = |a: &[usize], b: &[usize]| a.iter().any(|own| b.contains(own));
+        if let Some(other) =
+            pairs.iter().position(|other| meets(&other.points, &row.points) && meets(&other.solids, &row.solids))
+        {
+            let message = format!("a point and a solid of this pair are in `[[contact.pair]]` {} too", other + 1);
+            c.refuse(&table.law.span, message, "name other points in `a` or other solids in `b`");
+        }
+        pairs.push(row);
+    }
+    pairs
+}
+
+/// Indices of what has one of the names, or of everything.
+fn named(c: &mut Checker, names: Option<&[At<String>]>, all: &[Option<&At<String>>], key: &str) -> Vec<usize> {
+    let Some(names) = names else { return (0..all.len()).collect() };
+    let mut found = Vec::new();
+    for name in names {
+        let is_named = |own: &Option<&At<String>>| own.is_some_and(|own| own.value == name.value);
+        let own: Vec<usize> = (0..all.len()).filter(|index| is_named(&all[*index])).collect();
+        if own.is_empty() {
+            let known: Vec<&str> = all.iter().flatten().map(|own| own.value.as_str()).collect();
+            let remedy = match known.is_empty() {
+                true => format!("write name = \"{}\" in a [[{key}]]", name.value),
+                false => format!("write one of: {}", known.join(", ")),
+            };
+            c.refuse(&name.span, format!("no [[{key}]] has the name `{}`", name.value), remedy);
+        }
+        found.extend(own);
+    }
+    found.sort_unstable();
+    found.dedup();
+    found
+}
+
+/// Writes the properties that the parameters of a run have.
+fn store(pair: &Pair<f64>, p: &mut Params<f64>) {
+    (p.contact_stiffness, p.contact_damping, p.contact_dissipation) = (pair.stiffness, pair.damping, pair.dissipation);
+    (p.contact_friction, p.bristle_stiffness, p.bristle_damping) =
+        (pair.friction, pair.bristle_stiffness, pair.bristle_damping);
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Law {
+    Linear,
+    Power,
+    Hertz,
+    LankaraniNikravesh,
+    Flores,
+    Rebound,
+    Impact,
+    Stop,
+}
+
+/// Reads a law and its properties; damping that needs the finished model follows in [`complete`].
+fn law(c: &mut Checker, keys: LawKeys<'_>, closing_speed: f64) -> (NormalLaw, Pair<f64>) {
+    let law = c.choice(
+        keys.law,
+        &[
+            ("linear", Law::Linear),
+            ("power", Law::Power),
+            ("hertz", Law::Hertz),
+            ("lankarani_nikravesh", Law::LankaraniNikravesh),
+            ("flores", Law::Flores),
+            ("rebound", Law::Rebound),
+            ("impact", Law::Impact),
+            ("stop", Law::Stop),
+        ],
+    );
+    let is = |laws: &[Law]| laws.contains(&law);
+    let (hertz, per_touch) = (law == Law::Hertz, is(&[Law::LankaraniNikravesh, Law::Flores, Law::Rebound]));
+    let (impact, stop) = (law == Law::Impact, law == Law::Stop);
+    let rows = [
+        ("stiffness", span_of(keys.stiffness), !hertz, !hertz),
+        ("exponent", span_of(keys.exponent), !is(&[Law::Linear, Law::Hertz, Law::Stop]), false),
+        ("youngs_modulus", span_of(keys.youngs_modulus), hertz, hertz),
+        ("poisson", span_of(keys.poisson), hertz, hertz),
+        ("radius", span_of(keys.radius), hertz, hertz),
+        ("damping", span_of(keys.damping), is(&[Law::Linear, Law::Impact, Law::Stop]), impact),
+        ("dissipation", span_of(keys.dissipation), is(&[Law::Power, Law::Hertz]), false),
+        ("restitution", span_of(keys.restitution), !impact, per_touch),
+        ("slowest_touch", span_of(keys.slowest_touch), per_touch, false),
+        ("damping_depth", span_of(keys.damping_depth), impact, impact),
+        ("stroke", span_of(keys.stroke), stop, stop),
+        ("stop_stiffness", span_of(keys.stop_stiffness), stop, stop),
+        ("stop_exponent", span_of(keys.stop_exponent), stop, false),
     ];
-    c.keys_of_kind(&table.law, &keys);
-    let damped = table.damping.as_ref().or(table.dissipation.as_ref());
-    if let (Some(damped), Some(_)) = (damped, &table.restitution) {
+    c.keys_of_kind(keys.law, &rows);
+    let damped = keys.damping.as_ref().or(keys.dissipation.as_ref());
+    if let (Some(damped), Some(_)) = (damped, keys.restitution) {
         c.refuse(&damped.span, "damping is given twice: here and by `restitution`", "remove one of them");
     }
-    if power {
-        NormalLaw::Power { exponent: c.number_or(&table.exponent, 1.5, "1", Range::within(1.0, 5.0)) }
-    } else {
-        NormalLaw::Linear
-    }
+    let stiffness = match hertz {
+        true => hertz_stiffness(c, keys),
+        false => c.parameter_or(keys.stiffness, "contact_stiffness", 1.0),
+    };
+    let exponent = c.number_or(keys.exponent, HERTZ, "1", EXPONENT);
+    let slowest = if closing_speed > 0.0 { closing_speed / SLOWER } else { SLOWEST };
+    let slowest = c.number_or(keys.slowest_touch, slowest, "m/s", Range::above(0.0, SPEED));
+    let mut length = |written| c.number_or(written, 1.0, "m", Range::above(0.0, LENGTH));
+    let (ramp, stroke) = (length(keys.damping_depth), length(keys.stroke));
+    let restitution = c.number_or(keys.restitution, 1.0, "1", RESTITUTION);
+    // D of F = K d^n (1 + D d' / v): the two of the literature are approximations, of which the first holds near 1.
+    let scaled = match law {
+        Law::LankaraniNikravesh => Some(0.75 * (1.0 - restitution * restitution)),
+        Law::Flores => Some(1.6 * (1.0 - restitution) / restitution),
+        Law::Rebound => Some(scaled_dissipation(restitution)),
+        _ => None,
+    };
+    let normal = match law {
+        Law::Linear => NormalLaw::Linear,
+        Law::Power | Law::Hertz => NormalLaw::Power { exponent },
+        Law::LankaraniNikravesh | Law::Flores | Law::Rebound => NormalLaw::Rebound { exponent, slowest },
+        Law::Impact => NormalLaw::Impact { exponent, ramp },
+        Law::Stop => NormalLaw::Stop {
+            stroke,
+            stiffness: c.parameter_or(keys.stop_stiffness, "contact_stiffness", 1.0),
+            exponent: c.number_or(keys.stop_exponent, 1.0, "1", EXPONENT),
+        },
+    };
+    let mut take = |written, field, default| c.parameter_or(written, field, default);
+    let pair = Pair {
+        stiffness,
+        damping: take(keys.damping, "contact_damping", 0.0),
+        dissipation: take(keys.dissipation, "contact_dissipation", scaled.map_or(0.0, |scaled| scaled / slowest)),
+        friction: take(keys.friction, "contact_friction", 0.0),
+        bristle_stiffness: take(keys.bristle_stiffness, "bristle_stiffness", BRISTLE_RATIO * stiffness),
+        bristle_damping: take(keys.bristle_damping, "bristle_damping", 0.0),
+        ..common_pair(&Params::null())
+    };
+    (normal, pair)
+}
+
+/// Stiffness 4/3 E* sqrt(R) of two elastic bodies with round surfaces (Johnson, Contact Mechanics, 1985, ch. 4).
+fn hertz_stiffness(c: &mut Checker, keys: LawKeys<'_>) -> f64 {
+    let mut both = |written: &Option<Quantities>, unit, range| match written {
+        Some(written) => c.list(written, 2, unit, range),
+        None => vec![1.0; 2],
+    };
+    let moduli = both(keys.youngs_modulus, "Pa", Range::within(1e3, 2e12));
+    let ratios = both(keys.poisson, "1", Range::within(0.0, 0.5));
+    let radius = c.number_or(keys.radius, 1.0, "m", Range::above(0.0, LENGTH));
+    let compliance: f64 = moduli.iter().zip(&ratios).map(|(modulus, ratio)| (1.0 - ratio * ratio) / modulus).sum();
+    4.0 / 3.0 / compliance * radius.sqrt()
 }
 
 fn point(c: &mut Checker, table: &PointTable) -> ContactPoint {
@@ -152,19 +300,36 @@ pub(crate) fn complete(c: &mut Checker, table: &ContactTable, start: &StartTable
         return;
     };
     let p = &mut m.nominal;
-    if table.bristle_damping.is_none() {
-        p.bristle_damping = 2.0 * BRISTLE_DAMPING_RATIO * (p.bristle_stiffness * mass).sqrt();
+    let mut common = common_pair(p);
+    complete_pair(c, table.law(), (m.contact.law, &mut common), start, [mass, p.closing_speed]);
+    store(&common, p);
+    for (row, table) in m.contact.pairs.iter_mut().zip(&table.pair) {
+        complete_pair(c, table.law(), (row.law, &mut row.properties), start, [mass, p.closing_speed]);
     }
-    let Some(written) = &table.restitution else { return };
-    let restitution = c.number(written, "1", Range::within(0.01, 1.0));
-    match m.contact.law {
-        NormalLaw::Linear => {
-            p.contact_damping = 2.0 * damping_ratio(restitution) * (p.contact_stiffness * mass).sqrt();
+}
+
+/// Completes the damping of a pair, for an effective mass \[kg\] and a closing speed \[m/s\].
+fn complete_pair(
+    c: &mut Checker,
+    keys: LawKeys<'_>,
+    (law, pair): (NormalLaw, &mut Pair<f64>),
+    start: &StartTable,
+    [mass, closing_speed]: [f64; 2],
+) {
+    if keys.bristle_damping.is_none() {
+        pair.bristle_damping = 2.0 * BRISTLE_DAMPING_RATIO * (pair.bristle_stiffness * mass).sqrt();
+    }
+    let Some(written) = keys.restitution else { return };
+    let restitution = c.number(written, "1", RESTITUTION);
+    match law {
+        NormalLaw::Rebound { .. } => {}
+        law if law.is_viscous() => {
+            pair.damping = 2.0 * damping_ratio(restitution) * (pair.stiffness * mass).sqrt();
         }
-        NormalLaw::Power { .. } if p.closing_speed > 0.0 => {
-            p.contact_dissipation = scaled_dissipation(restitution) / p.closing_speed;
+        _ if closing_speed > 0.0 => {
+            pair.dissipation = scaled_dissipation(restitution) / closing_speed;
         }
-        NormalLaw::Power { .. } => {
+        _ => {
             let span = &start.closing_speed.span;
             c.refuse(
                 span,

@@ -200,3 +200,65 @@ fn robots_with_joints_take_what_a_facility_can_be() {
     );
     refused("velocity_gain = \"4e5 N s/m\"", "velocity_gain = \"4e8 N s/m\"", gains, "velocity loop of the rail");
 }
+
+/// The ball with a law of its own against the plane.
+fn with_pair(text: &str) -> String {
+    let named = FREE_BODY
+        .replace("[[part_a.point]]\n", "[[part_a.point]]\nname = \"ball\"\n")
+        .replace("shape = \"plane\"", "name = \"wall\"\nshape = \"plane\"");
+    named.replace("[start]", &format!("[[contact.pair]]\n{text}\n[start]"))
+}
+
+const WALL: &str = "a = [\"ball\"]\nb = [\"wall\"]\n";
+
+#[test]
+fn a_pair_has_its_own_law_and_properties() {
+    let of = |text: &str| scenario(&with_pair(&format!("{WALL}{text}"))).expect("valid").model.contact.pairs[0].clone();
+    let row = of("law = \"linear\"\nstiffness = \"2e4 N/m\"\nrestitution = 0.744079\nfriction = 0.2\nstribeck = 0.4");
+    assert_eq!((row.points, row.solids), (vec![0], vec![0]));
+    // zeta = 0.1 on 200 kg.
+    assert!((row.properties.damping - 0.2 * (2e4_f64 * 200.0).sqrt()).abs() < 0.1);
+    assert_eq!((row.properties.friction, row.properties.stribeck, row.properties.stribeck_speed), (0.2, 0.4, 0.01));
+    assert!((row.properties.bristle_stiffness - 2.0 / 3.0 * 2e4).abs() < 1e-9);
+
+    // Steel on steel, R = 100 mm: 4/3 E* sqrt(R) with E* = 210 GPa / (2 (1 - 0.3^2)).
+    let steel = "youngs_modulus = [\"210 GPa\", \"210 GPa\"]\npoisson = [0.3, 0.3]\nradius = \"100 mm\"";
+    let stiff =
+        with_pair(&format!("{WALL}law = \"hertz\"\n{steel}")).replace("max_depth = \"50 mm\"", "max_depth = \"1 mm\"");
+    let hertz = scenario(&stiff).err().map(|problems| problems.to_string()).unwrap_or_default();
+    assert!(hertz.contains("contact pair 1"), "the step cannot follow steel: {hertz}");
+    let fine = stiff.replace("[timing]\n", "[timing]\nsubstep = \"1 us\"\ntick = \"1 ms\"\n");
+    let row = scenario(&fine).expect("valid").model.contact.pairs[0].clone();
+    let right = 4.0 / 3.0 * 210e9 / (2.0 * (1.0 - 0.09)) * 0.1_f64.sqrt();
+    assert!((row.properties.stiffness / right - 1.0).abs() < 1e-12, "{}", row.properties.stiffness);
+    assert_eq!(row.law, NormalLaw::Power { exponent: 1.5 });
+
+    let rebound = |law: &str| {
+        let row = of(&format!("law = \"{law}\"\nstiffness = \"1e5 N/m\"\nexponent = 1\nrestitution = 0.8"));
+        assert_eq!(row.law, NormalLaw::Rebound { exponent: 1.0, slowest: 5e-3 });
+        row.properties.dissipation * 5e-3
+    };
+    assert!((rebound("lankarani_nikravesh") - 0.27).abs() < 1e-12);
+    assert!((rebound("flores") - 0.4).abs() < 1e-12);
+    assert!((rebound("rebound") - 0.37315).abs() < 1e-5);
+}
+
+#[test]
+fn faults_of_a_pair_come_with_line_and_remedy() {
+    let first = |text: &str| scenario(&with_pair(text)).expect_err("refused").iter().next().expect("one").clone();
+    let law = "law = \"linear\"\nstiffness = \"1e4 N/m\"\n";
+    let problem = first(&format!("a = [\"bal\"]\n{law}"));
+    assert!(problem.message.contains("no [[part_a.point]] has the name `bal`"), "{}", problem.message);
+    assert!(problem.remedy.contains("write one of: ball"), "{:?}", problem.remedy);
+    let problem = first(&format!("{WALL}{law}[[contact.pair]]\n{law}"));
+    assert!(problem.message.contains("are in `[[contact.pair]]` 1 too"), "{}", problem.message);
+    let problem = first(&format!("{WALL}{law}stroke = \"1 mm\""));
+    assert!(problem.message.contains("`linear` does not take the key `stroke`"), "{}", problem.message);
+    let problem = first(&format!("{WALL}law = \"stop\"\nstiffness = \"1e4 N/m\"\nstroke = \"1 mm\""));
+    assert!(problem.message.contains("`stop` needs the key `stop_stiffness`"), "{}", problem.message);
+    let problem = first(&format!("{WALL}law = \"flores\"\nstiffness = \"1e4 N/m\""));
+    assert!(problem.message.contains("`flores` needs the key `restitution`"), "{}", problem.message);
+    let problem = first(&format!("{WALL}law = \"linear\"\nstiffness = \"1e9 N/m\""));
+    assert!(problem.message.contains("contact pair 1"), "{}", problem.message);
+    assert_eq!(problem.key, "contact.pair[1].stiffness");
+}

@@ -149,6 +149,8 @@ pub(crate) struct PartATable {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct PointTable {
+    /// Name in the pairs of [[contact.pair]]; points may share one.
+    pub(crate) name: Option<At<String>>,
     /// Centre in part A's frame.
     pub(crate) position: Quantities,
     /// Radius; default zero.
@@ -185,6 +187,8 @@ pub(crate) struct PartBTable {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct SolidTable {
+    /// Name in the pairs of [[contact.pair]]; solids may share one.
+    pub(crate) name: Option<At<String>>,
     /// "plane" (x >= 0), "sphere", "box", "cone" (hollow, opening to -x) or "bore" (blind hole along +x).
     pub(crate) shape: At<String>,
     /// Origin of the solid's frame in part B's frame.
@@ -205,30 +209,110 @@ pub(crate) struct SolidTable {
     pub(crate) chamfer: Option<Quantity>,
 }
 
-/// The contact law and its nominal values.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct ContactTable {
-    /// "linear" (F = K d + b d') or "power" (F = K d^n (1 + a d')).
-    pub(crate) law: At<String>,
-    /// power: the exponent n; default 1.5 (Hertz).
-    pub(crate) exponent: Option<Quantity>,
-    /// K; for the power law in N/m^n, written as "N/m".
-    pub(crate) stiffness: Quantity,
-    /// linear: b.
-    pub(crate) damping: Option<Quantity>,
-    /// power: a.
-    pub(crate) dissipation: Option<Quantity>,
-    /// Coefficient of restitution without delay, instead of damping or dissipation, at the start's closing speed.
-    pub(crate) restitution: Option<Quantity>,
-    /// Coulomb friction coefficient; default zero.
-    pub(crate) friction: Option<Quantity>,
-    /// Tangential stiffness before slip; default 2/3 of the stiffness.
-    pub(crate) bristle_stiffness: Option<Quantity>,
-    /// Tangential damping before slip; default near critical for the parts' effective mass.
-    pub(crate) bristle_damping: Option<Quantity>,
-    /// The contact may pull and never opens (for linear oracles); default false.
-    pub(crate) bilateral: Option<bool>,
+/// Declares the tables that have a contact law, each with its own keys behind those of the law.
+macro_rules! law_tables {
+    (
+        @table { $($(#[$key_doc:meta])* $key:ident: $ty:ty,)* }
+        $(#[$doc:meta])* $name:ident { $($(#[$own_doc:meta])* $own:ident: $own_ty:ty,)* }
+    ) => {
+        $(#[$doc])*
+        #[derive(Debug, Deserialize, JsonSchema)]
+        #[serde(deny_unknown_fields)]
+        pub(crate) struct $name {
+            $($(#[$key_doc])* pub(crate) $key: $ty,)*
+            $($(#[$own_doc])* pub(crate) $own: $own_ty,)*
+        }
+
+        impl $name {
+            /// The keys of its law.
+            pub(crate) fn law(&self) -> LawKeys<'_> {
+                LawKeys { $($key: &self.$key,)* }
+            }
+        }
+    };
+    (@keys { $($(#[$key_doc:meta])* $key:ident: $ty:ty,)* }) => {
+        /// The keys of a contact law, of whichever table.
+        #[derive(Clone, Copy)]
+        pub(crate) struct LawKeys<'a> {
+            $(pub(crate) $key: &'a $ty,)*
+        }
+    };
+    (
+        $law:tt
+        $($(#[$doc:meta])* $name:ident { $($(#[$own_doc:meta])* $own:ident: $own_ty:ty,)* })*
+    ) => {
+        $(law_tables! { @table $law $(#[$doc])* $name { $($(#[$own_doc])* $own: $own_ty,)* } })*
+        law_tables! { @keys $law }
+    };
+}
+
+law_tables! {
+    {
+        /// "linear" (F = K d + b d'), "power" (F = K d^n (1 + a d')), "hertz" (power 1.5, K from the moduli),
+        /// "lankarani_nikravesh", "flores" or "rebound" (power, damped by the restitution at the speed of each touch),
+        /// "impact" (F = K d^n + b s d', s rising from 0 to 1 over `damping_depth`) or "stop" (linear up to a stroke,
+        /// then a stop beside it).
+        law: At<String>,
+        /// All but hertz: K; for an exponent n in N/m^n, written as "N/m".
+        stiffness: Option<Quantity>,
+        /// All but linear, hertz and stop: the exponent n; default 1.5.
+        exponent: Option<Quantity>,
+        /// hertz: Young's moduli of the point of part A and of the solid of part B.
+        youngs_modulus: Option<Quantities>,
+        /// hertz: Poisson's ratios of both.
+        poisson: Option<Quantities>,
+        /// hertz: effective radius R of 1 / R = 1 / R_a + 1 / R_b; for a sphere on a plane the sphere's.
+        radius: Option<Quantity>,
+        /// linear, impact, stop: b.
+        damping: Option<Quantity>,
+        /// power, hertz: a.
+        dissipation: Option<Quantity>,
+        /// Coefficient of restitution without delay. linear, power, hertz, stop: instead of damping or dissipation, at the
+        /// start's closing speed; lankarani_nikravesh (0.8 to 1), flores, rebound: at the speed of each touch.
+        restitution: Option<Quantity>,
+        /// lankarani_nikravesh, flores, rebound: a slower touch is damped as one of this speed; default a tenth of the
+        /// start's closing speed.
+        slowest_touch: Option<Quantity>,
+        /// impact: depth of the full damping.
+        damping_depth: Option<Quantity>,
+        /// stop: travel before the stop is met.
+        stroke: Option<Quantity>,
+        /// stop: stiffness of the stop, for an exponent m in N/m^m.
+        stop_stiffness: Option<Quantity>,
+        /// stop: the exponent m; default 1.
+        stop_exponent: Option<Quantity>,
+        /// Coulomb friction coefficient; default zero.
+        friction: Option<Quantity>,
+        /// Tangential stiffness before slip; default 2/3 of the stiffness.
+        bristle_stiffness: Option<Quantity>,
+        /// Tangential damping before slip; default near critical for the parts' effective mass.
+        bristle_damping: Option<Quantity>,
+    }
+
+    /// The contact law and its nominal values, for every point and solid that are in no pair.
+    ContactTable {
+        /// The contact may pull and never opens (for linear oracles); default false.
+        bilateral: Option<bool>,
+        /// Points and solids with a law of their own; no point and solid may meet in two pairs.
+        #[serde(default)]
+        pair: Vec<PairTable>,
+    }
+
+    /// A law of contact between named points of part A and named solids of part B.
+    PairTable {
+        /// Names of points of part A; default all points.
+        a: Option<Vec<At<String>>>,
+        /// Names of solids of part B; default all solids.
+        b: Option<Vec<At<String>>>,
+        /// Share s by which friction is higher at rest: mu (1 + s exp(-|v| / v_s)); default 0.
+        stribeck: Option<Quantity>,
+        /// Sliding speed v_s at which that share has fallen to 1/e; default "10 mm/s".
+        stribeck_speed: Option<Quantity>,
+        /// Share a by which friction is higher along part B's y axis and lower across it: mu (1 + a cos 2 theta); default 0.
+        anisotropy: Option<Quantity>,
+        /// Tension of a point before it separates; default 0.
+        adhesion: Option<Quantity>,
+    }
 }
 
 /// Gate and hold of the capture latch.

@@ -149,6 +149,7 @@ fn drogue() -> Contact {
             shape: Shape::Cone { mouth: 0.15, bottom: 0.05, depth: 0.2 },
         }],
         law: NormalLaw::Linear,
+        pairs: Vec::new(),
         bilateral: false,
         latch: None,
     }
@@ -162,7 +163,7 @@ pub fn ideal_step_flops(plant: &Plant) -> usize {
     let per_point = of("contact_point") + of("gather");
     let per_tick: usize = ["finish", "guide", "settle"].into_iter().map(of).sum();
     let steps: usize = per_step.into_iter().map(of).sum();
-    steps + per_point * plant.contact.points.len() + per_tick / plant.timing.substeps as usize
+    steps + per_point * plant.contacts.len() + per_tick / plant.timing.substeps as usize
 }
 
 #[cfg(test)]

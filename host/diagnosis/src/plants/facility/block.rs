@@ -164,6 +164,7 @@ fn untouched(model: &Model) -> Model {
     let mut model = model.clone();
     if model.facility.joint_level.is_none() {
         model.contact.points.clear();
+        model.contact.pairs.clear();
         model.contact.latch = None;
     }
     model
