@@ -129,8 +129,8 @@ pub fn touch_points<L: Lane>(
 ) -> Touch<L> {
     let mut sum = monitor::no_touch();
     for (contact, state) in m.contacts.iter().zip(states) {
-        let point = &m.contact.points[contact.point];
-        let point = Point { position: Vec3::lit(point.position), radius: L::lit(point.radius) };
+        let (point, share) = (&contact.point, L::lit(contact.share));
+        let point = Point { position: Vec3::lit(point.position), radius: L::lit(point.radius), share };
         let of = &m.pairs[contact.pair];
         let c = contact_point(m, of, &pairs[contact.pair], parts, point, *state);
         state.bristle = Vec3::select(live, c.state.bristle, state.bristle);

@@ -91,8 +91,11 @@ impl Model {
             target_pose: Pose::identity(),
             seat: Pose::identity(),
             contact: Contact {
-                points: vec![ContactPoint { position: Vec3::zero(), radius: 0.0 }],
-                solids: vec![Solid { frame: Pose::identity(), shape: Shape::Plane }],
+                a: PartShape { points: vec![ContactPoint { position: Vec3::zero(), radius: 0.0 }], solids: Vec::new() },
+                b: PartShape {
+                    points: Vec::new(),
+                    solids: vec![Solid { frame: Pose::identity(), shape: Shape::Plane }],
+                },
                 law: NormalLaw::Linear,
                 pairs: Vec::new(),
                 bilateral: false,
@@ -161,13 +164,44 @@ pub struct Link {
     pub inertia: Sym3<f64>,
 }
 
-/// Part A's points against part B's distance, and how they push.
+/// One of the two parts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Side {
+    /// The part on the end-effector.
+    A,
+    /// The part on the target.
+    B,
+}
+
+impl Side {
+    /// Both parts.
+    pub const BOTH: [Self; 2] = [Self::A, Self::B];
+
+    /// The other part.
+    pub fn other(self) -> Self {
+        match self {
+            Self::A => Self::B,
+            Self::B => Self::A,
+        }
+    }
+}
+
+/// A part in its own frame.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PartShape {
+    /// Contact points besides those of the solids.
+    pub points: Vec<ContactPoint>,
+    /// Solids; the part is their union.
+    pub solids: Vec<Solid>,
+}
+
+/// The parts and how they push: contact points of each against the solids of the other.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Contact {
-    /// Points of part A: centre in A's frame, radius.
-    pub points: Vec<ContactPoint>,
-    /// Solids of part B in its frame; the part is their union.
-    pub solids: Vec<Solid>,
+    /// Part A.
+    pub a: PartShape,
+    /// Part B.
+    pub b: PartShape,
     /// The normal force of the points and solids that are in no material pair; its properties are in [`Params`].
     pub law: NormalLaw,
     /// Points and solids with properties of their own. No point and solid are together in two of them.
@@ -178,32 +212,61 @@ pub struct Contact {
     pub latch: Option<Latch>,
 }
 
-/// Points of part A and solids of part B that meet with properties of their own.
+impl Contact {
+    /// One of the parts.
+    pub fn part(&self, side: Side) -> &PartShape {
+        match side {
+            Side::A => &self.a,
+            Side::B => &self.b,
+        }
+    }
+}
+
+/// Points and solids of a part, by their indices in its [`PartShape`].
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Members {
+    /// Contact points.
+    pub points: Vec<usize>,
+    /// Solids, with the contact points that they have.
+    pub solids: Vec<usize>,
+}
+
+/// Points and solids of both parts that meet with properties of their own.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MaterialPair {
-    /// Indices in [`Contact::points`].
-    pub points: Vec<usize>,
-    /// Indices in [`Contact::solids`].
-    pub solids: Vec<usize>,
+    /// Of part A.
+    pub a: Members,
+    /// Of part B.
+    pub b: Members,
     /// The normal force.
     pub law: NormalLaw,
     /// Its nominal properties.
     pub properties: Pair<f64>,
 }
 
-/// A sphere of part A.
+impl MaterialPair {
+    /// What it has of a part.
+    pub fn members(&self, side: Side) -> &Members {
+        match side {
+            Side::A => &self.a,
+            Side::B => &self.b,
+        }
+    }
+}
+
+/// A contact point: a sphere.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactPoint {
-    /// Centre in part A's frame \[m\].
+    /// Centre in the part's frame \[m\].
     pub position: Vec3<f64>,
     /// Radius \[m\]; 0 is a point.
     pub radius: f64,
 }
 
-/// A solid with an exact signed distance; `frame` places it in part B.
+/// A solid with an exact signed distance; `frame` places it in its part.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Solid {
-    /// Pose of the solid in part B's frame.
+    /// Pose of the solid in its part's frame.
     pub frame: Pose<f64>,
     /// Its shape.
     pub shape: Shape,
@@ -224,6 +287,44 @@ pub enum Shape {
         /// Half edge lengths \[m\].
         half: Vec3<f64>,
     },
+    /// A cylinder with round ends about x, its middle at the origin.
+    Capsule {
+        /// Radius \[m\].
+        radius: f64,
+        /// Distance between the centres of the ends \[m\].
+        length: f64,
+        /// Contact points along the axis, both ends among them.
+        points: usize,
+    },
+    /// A cylinder about x, its middle at the origin.
+    Cylinder {
+        /// Radius \[m\].
+        radius: f64,
+        /// Length \[m\].
+        length: f64,
+        /// Contact points on each rim.
+        points: usize,
+    },
+    /// A solid frustum about x, from x = 0 to x = length.
+    Frustum {
+        /// Radius at x = 0, above 0 \[m\].
+        front: f64,
+        /// Radius at x = length, above 0 \[m\].
+        back: f64,
+        /// Length \[m\].
+        length: f64,
+        /// Contact points on each rim.
+        points: usize,
+    },
+    /// A ring about x with a round cross-section.
+    Ring {
+        /// Radius of the circle of its tube's centre \[m\].
+        radius: f64,
+        /// Radius of the tube \[m\].
+        tube: f64,
+        /// Contact points on the circle.
+        points: usize,
+    },
     /// A hollow cone (drogue) about the x axis that opens towards -x: material outside the cone surface between
     /// the mouth at x = 0 and the bottom at x = depth, closed by the bottom disc.
     Cone {
@@ -243,6 +344,47 @@ pub enum Shape {
         /// Width and height of the 45 degree chamfer \[m\]; 0 = none.
         chamfer: f64,
     },
+}
+
+impl Shape {
+    /// Ends along x of a shape that is not endless \[m\].
+    pub fn ends(&self) -> [f64; 2] {
+        match *self {
+            Self::Plane => [0.0, 0.0],
+            Self::Sphere { .. } | Self::Ring { .. } => [0.0, 0.0],
+            Self::Box { half } => [-half.x, half.x],
+            Self::Capsule { length, .. } | Self::Cylinder { length, .. } => [-0.5 * length, 0.5 * length],
+            Self::Frustum { length, .. } => [0.0, length],
+            Self::Cone { depth, .. } | Self::Bore { depth, .. } => [0.0, depth],
+        }
+    }
+
+    /// Greatest distance of its surface from x; 0 for a plane \[m\].
+    pub fn across(&self) -> f64 {
+        match *self {
+            Self::Plane => 0.0,
+            Self::Sphere { radius } | Self::Capsule { radius, .. } | Self::Cylinder { radius, .. } => radius,
+            Self::Box { half } => half.y.hypot(half.z),
+            Self::Frustum { front, back, .. } => front.max(back),
+            Self::Ring { radius, tube, .. } => radius + tube,
+            Self::Cone { mouth, .. } => mouth,
+            Self::Bore { radius, chamfer, .. } => radius + chamfer,
+        }
+    }
+
+    /// Radius about the origin within which it is; of a plane and of the face around a hole only the hole \[m\].
+    pub fn reach(&self) -> f64 {
+        let [front, back] = self.ends();
+        match self {
+            Self::Box { half } => half.norm(),
+            _ => front.abs().max(back).max(self.across()),
+        }
+    }
+
+    /// Whether its contact points are spheres that have its whole surface.
+    pub fn is_round(&self) -> bool {
+        matches!(self, Self::Sphere { .. } | Self::Capsule { .. } | Self::Ring { .. })
+    }
 }
 
 /// The gate and the hold of a capture latch. It closes when part A's latch point is inside the gate, and then
@@ -509,7 +651,7 @@ pub struct JointLevel {
 pub struct SensorLoad {
     /// Mass \[kg\].
     pub mass: f64,
-    /// Centre in part A's frame \[m\].
+    /// Centre in the part's frame \[m\].
     pub centre: Vec3<f64>,
     /// Gravity, laboratory axes \[m/s^2\].
     pub gravity: Vec3<f64>,

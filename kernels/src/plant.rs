@@ -1,15 +1,17 @@
 //! A scenario's constants, prepared for the stages: what can be computed once is computed here.
 
 use crate::chain::Chain;
+use crate::contact::features::{Feature, features};
 use crate::contact::profile::Surface;
 use crate::effects::EffectSet;
 use crate::manipulator::cell::{Cell, Misplaced};
 use crate::material::{NormalLaw, Pair};
-use crate::model::{Contact, JointLevel, Model, Solid};
+use crate::model::{Contact, ContactPoint, JointLevel, MaterialPair, Model, PartShape, Side, Solid};
 use crate::robot::{command, robots_at};
 use crate::session::{SessionRobot, Workspace};
 use crate::space::{Motion, Parts};
 use crate::vector::{Mat3, Pose, Quat, Sym3, Vec3, vec3};
+use std::collections::BTreeSet;
 use std::ops::Deref;
 
 /// A model with its derived constants; dereferences to the model.
@@ -24,11 +26,11 @@ pub struct Plant {
     pub target_inverse_inertia: Sym3<f64>,
     /// Laboratory motions of the parts at the start of an undispersed run, at rest.
     pub start: Parts<f64>,
-    /// Solids of part B, their surfaces prepared.
-    pub solids: Vec<PreparedSolid>,
+    /// Solids of parts A and B, their surfaces prepared.
+    pub solids: [Vec<PreparedSolid>; 2],
     /// Laws of contact, each with the solids that it is for.
     pub pairs: Vec<ContactPair>,
-    /// The points of part A with the laws that they meet, in the order of the points.
+    /// The contact points with the laws that they meet: those of part A, then those of part B.
     pub contacts: Vec<PointOfPair>,
     /// Robots 1 and 2 in their places, at the joint level.
     pub cells: Option<[Cell; 2]>,
@@ -45,28 +47,47 @@ pub struct Plant {
 pub struct PreparedSolid {
     /// The solid as given.
     pub solid: Solid,
-    /// Its rotation in part B's frame.
+    /// Index among the solids of its part.
+    pub index: usize,
+    /// Its rotation in the part's frame.
     pub rotation: Mat3<f64>,
     /// Its surface, in its own frame.
     pub surface: Surface,
 }
 
-/// A law of contact and the solids of part B that it is for; their union meets a point.
+/// A law of contact, the part that has the points, and the solids of the other part whose union they meet.
 #[derive(Clone, Debug)]
 pub struct ContactPair {
     /// The normal force.
     pub law: NormalLaw,
     /// Its properties; none for those of the run's parameters.
     pub properties: Option<Pair<f64>>,
+    /// The part with the points.
+    pub points_of: Side,
+    /// Whether its points have a share of the stiffness.
+    pub shares: bool,
     /// The solids.
     pub solids: Vec<PreparedSolid>,
 }
 
-/// A point of part A and a law that it meets.
+/// What a contact point belongs to, by its index in the [`PartShape`](crate::model::PartShape).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PointSource {
+    /// A point of the part.
+    Point(usize),
+    /// A solid of the part.
+    Solid(usize),
+}
+
+/// A contact point and a law that it meets.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PointOfPair {
-    /// Index in the model's `contact.points`.
-    pub point: usize,
+    /// The point, in the frame of its part.
+    pub point: ContactPoint,
+    /// Share of the pair's stiffness and damping.
+    pub share: f64,
+    /// What it belongs to.
+    pub source: PointSource,
     /// Index in [`Plant::pairs`].
     pub pair: usize,
 }
@@ -85,7 +106,10 @@ impl Plant {
         let link_attitudes: Vec<_> =
             model.links.iter().zip(&model.start_angles).map(|(l, a)| l.origin.attitude.compose(turn(*a))).collect();
         let tool_start = tool_start(&model, &link_attitudes);
-        let solids: Vec<_> = model.contact.solids.iter().map(PreparedSolid::new).collect();
+        let solids = Side::BOTH.map(|side| {
+            let solids = model.contact.part(side).solids.iter().enumerate();
+            solids.map(|(index, solid)| PreparedSolid::new(index, solid)).collect::<Vec<_>>()
+        });
         let (pairs, contacts) = contacts(&model.contact, &solids);
         let chain = Chain::new(&model.links, &link_attitudes, model.tool, model.base_inertia);
         let target_inverse_inertia = model.target_inertia.inverse();
@@ -161,31 +185,92 @@ pub fn place(m: &Plant, level: &JointLevel) -> Result<[Cell; 2], (usize, Misplac
 }
 
 /// The laws that the points meet: for each point the rest of the solids under the common law, then its material pairs.
-fn contacts(contact: &Contact, prepared: &[PreparedSolid]) -> (Vec<ContactPair>, Vec<PointOfPair>) {
-    let mut keys: Vec<(Option<usize>, Vec<usize>)> = Vec::new();
+fn contacts(contact: &Contact, prepared: &[Vec<PreparedSolid>; 2]) -> (Vec<ContactPair>, Vec<PointOfPair>) {
+    let mut pairs: Vec<(PairKey, ContactPair)> = Vec::new();
     let mut contacts = Vec::new();
-    for point in 0..contact.points.len() {
-        let rows = contact.pairs.iter().enumerate().filter(|(_, row)| row.points.contains(&point));
-        let rows: Vec<_> = rows.map(|(number, row)| (Some(number), row.solids.clone())).collect();
-        let is_left = |solid: &usize| rows.iter().all(|(_, solids)| !solids.contains(solid));
-        let common = (None, (0..prepared.len()).filter(is_left).collect::<Vec<_>>());
-        for key in std::iter::once(common).chain(rows).filter(|(_, solids)| !solids.is_empty()) {
-            let pair = keys.iter().position(|own| *own == key).unwrap_or(keys.len());
-            if pair == keys.len() {
-                keys.push(key);
+    for side in Side::BOTH {
+        let solids = &prepared[side.other() as usize];
+        for (source, feature) in part_points(contact.part(side)) {
+            let row = |solid: &usize| {
+                contact
+                    .pairs
+                    .iter()
+                    .position(|row| row.has(side, source) && row.has(side.other(), PointSource::Solid(*solid)))
+            };
+            let met: Vec<usize> = (0..solids.len()).filter(|solid| contact.meets(side, source, *solid)).collect();
+            let rows: BTreeSet<Option<usize>> = met.iter().map(row).collect();
+            for number in rows {
+                let own: Vec<usize> = met.iter().copied().filter(|solid| row(solid) == number).collect();
+                let key = PairKey { side, row: number, solids: own, shares: feature.share != 1.0 };
+                let pair = pairs.iter().position(|(other, _)| *other == key).unwrap_or_else(|| {
+                    pairs.push((key.clone(), key.pair(contact, solids)));
+                    pairs.len() - 1
+                });
+                contacts.push(PointOfPair { point: feature.point, share: feature.share, source, pair });
             }
-            contacts.push(PointOfPair { point, pair });
         }
     }
-    let of = |(row, solids): (Option<usize>, Vec<usize>)| {
-        let row = row.map(|row| &contact.pairs[row]);
+    (pairs.into_iter().map(|(_, pair)| pair).collect(), contacts)
+}
+
+/// What makes a [`ContactPair`]: the part with the points, the material pair if any, solids, whether points have shares.
+#[derive(Clone, PartialEq)]
+struct PairKey {
+    side: Side,
+    row: Option<usize>,
+    solids: Vec<usize>,
+    shares: bool,
+}
+
+impl PairKey {
+    fn pair(&self, contact: &Contact, prepared: &[PreparedSolid]) -> ContactPair {
+        let row = self.row.map(|row| &contact.pairs[row]);
         ContactPair {
             law: row.map_or(contact.law, |row| row.law),
             properties: row.map(|row| row.properties),
-            solids: solids.into_iter().map(|solid| prepared[solid].clone()).collect(),
+            points_of: self.side,
+            shares: self.shares,
+            solids: self.solids.iter().map(|solid| prepared[*solid].clone()).collect(),
         }
-    };
-    (keys.into_iter().map(of).collect(), contacts)
+    }
+}
+
+/// Returns the points of a part with what they belong to: its own, then those of its solids.
+pub fn part_points(part: &PartShape) -> Vec<(PointSource, Feature)> {
+    let own = part.points.iter().enumerate();
+    let own = own.map(|(index, point)| (PointSource::Point(index), Feature { point: *point, share: 1.0 }));
+    let of_solids = part.solids.iter().enumerate().flat_map(|(index, solid)| {
+        features(&solid.shape).into_iter().map(move |feature| {
+            let position = solid.frame.position + solid.frame.attitude.rotate(feature.point.position);
+            let point = ContactPoint { position, ..feature.point };
+            (PointSource::Solid(index), Feature { point, ..feature })
+        })
+    });
+    own.chain(of_solids).collect()
+}
+
+impl MaterialPair {
+    /// Whether it has something of a part.
+    pub fn has(&self, side: Side, source: PointSource) -> bool {
+        let members = self.members(side);
+        match source {
+            PointSource::Point(index) => members.points.contains(&index),
+            PointSource::Solid(index) => members.solids.contains(&index),
+        }
+    }
+}
+
+impl Contact {
+    /// Whether a point of a part meets a solid of the other. Of two solids the points of the round one meet the other's
+    /// surface, of two round ones those of part A, so that no place of contact counts twice.
+    fn meets(&self, side: Side, source: PointSource, solid: usize) -> bool {
+        let PointSource::Solid(own) = source else { return true };
+        let is_round = |side: Side, solid: usize| self.part(side).solids[solid].shape.is_round();
+        match (is_round(side, own), is_round(side.other(), solid)) {
+            (true, true) => side == Side::A,
+            (own, other) => own || !other,
+        }
+    }
 }
 
 /// Laboratory motions of the parts at the start, at rest.
@@ -211,17 +296,17 @@ fn tool_start(model: &Model, link_attitudes: &[Quat<f64>]) -> Pose<f64> {
 }
 
 impl PreparedSolid {
-    fn new(solid: &Solid) -> Self {
-        Self { solid: *solid, rotation: solid.frame.attitude.matrix(), surface: Surface::of(&solid.shape) }
+    fn new(index: usize, solid: &Solid) -> Self {
+        Self { solid: *solid, index, rotation: solid.frame.attitude.matrix(), surface: Surface::of(&solid.shape) }
     }
 
-    /// A point of part B's frame in the solid's own frame.
+    /// A point of the part's frame in the solid's own frame.
     #[inline(always)]
     pub fn to_local<R: crate::real::Real>(&self, point: Vec3<R>) -> Vec3<R> {
         Mat3::<R>::lit(self.rotation).transposed_times(point - Vec3::lit(self.solid.frame.position))
     }
 
-    /// A direction of the solid's frame in part B's frame.
+    /// A direction of the solid's frame in the part's frame.
     #[inline(always)]
     pub fn to_part<R: crate::real::Real>(&self, direction: Vec3<R>) -> Vec3<R> {
         Mat3::<R>::lit(self.rotation).times(direction)

@@ -35,7 +35,7 @@ fn parts(depth: f64, velocity: Vec3<f64>) -> Parts<f64> {
     Parts { a: at(vec3(depth, 0.0, 0.0), velocity), b: at(Vec3::zero(), Vec3::zero()) }
 }
 
-const POINT: Point<f64> = Point { position: Vec3 { x: 0.0, y: 0.0, z: 0.0 }, radius: 0.0 };
+const POINT: Point<f64> = Point { position: Vec3 { x: 0.0, y: 0.0, z: 0.0 }, radius: 0.0, share: 1.0 };
 
 fn touched(m: &Plant, pair: &Pair<f64>, parts: &Parts<f64>, state: PointState<f64>) -> PointContact<f64> {
     contact_point(m, &m.pairs[0], pair, parts, POINT, state)

@@ -34,8 +34,8 @@ impl Peg {
         let mut model = two_bodies(2.5e-5, 1.0, 0.0);
         model.base_pose = at(0.05, 0.0, 0.0);
         model.base_inertia = inertia(1e-3, 1e-3, 1e-3);
-        model.contact.solids[0].shape = Shape::Bore { radius: bore, depth: 10.0, chamfer: 0.0 };
-        model.contact.points =
+        model.contact.b.solids[0].shape = Shape::Bore { radius: bore, depth: 10.0, chamfer: 0.0 };
+        model.contact.a.points =
             places.iter().map(|(x, y)| ContactPoint { position: vec3(-x, *y, 0.0), radius: 0.0 }).collect();
         let params = Params {
             target_mass: 1e9,
@@ -110,14 +110,14 @@ fn a_squeezed_peg_stays_wedged_only_within_the_friction_cones() {
 /// The length counts along the flank from the tip to the mouth.
 fn two_point_length(peg: f64, bore: f64, tilt: f64) -> f64 {
     let mut model = two_bodies(1e-3, 1.0, 0.0);
-    model.contact.solids[0].shape = Shape::Bore { radius: bore, depth: 10.0, chamfer: 0.0 };
+    model.contact.b.solids[0].shape = Shape::Bore { radius: bore, depth: 10.0, chamfer: 0.0 };
     let m = Plant::new(model);
     let (along, across) = (vec3(tilt.cos(), tilt.sin(), 0.0), vec3(-tilt.sin(), tilt.cos(), 0.0));
     let clearance = |depth: f64| {
         // The leading edge lies against the wall; the other flank runs out through the mouth.
         let edge = vec3(depth, bore, 0.0);
-        assert!(union_distance(&m.solids, edge).distance.abs() < 1e-12);
-        let flank = |back: f64| union_distance(&m.solids, edge - across * (2.0 * peg) - along * back).distance;
+        assert!(union_distance(&m.solids[1], edge).distance.abs() < 1e-12);
+        let flank = |back: f64| union_distance(&m.solids[1], edge - across * (2.0 * peg) - along * back).distance;
         (0..=4000).map(|i| flank(2.0 * depth * f64::from(i) / 4000.0)).fold(f64::INFINITY, f64::min)
     };
     let (mut free, mut pressed) = (1e-3, 0.2);

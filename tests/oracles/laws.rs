@@ -66,7 +66,7 @@ fn oblique(friction: f64, tangential: f64) -> (f64, f64) {
     let radius = 0.5;
     let mut model = two_bodies(5e-6, 0.05, radius + 1e-4);
     model.contact.law = NormalLaw::Power { exponent: 1.0 };
-    model.contact.points[0].radius = radius;
+    model.contact.a.points[0].radius = radius;
     let own = 0.4 * radius * radius;
     model.base_inertia = inertia(own, own, own);
     let params = Params {
@@ -105,7 +105,7 @@ fn block() -> (Model, Params<f64>) {
     model.tool = at(0.05, 0.0, 0.0);
     model.base_pose = at(-0.05, 0.0, 0.0);
     let corner = |y: f64, z: f64| ContactPoint { position: vec3(0.0, y, z), radius: 0.0 };
-    model.contact.points = vec![corner(0.1, 0.1), corner(0.1, -0.1), corner(-0.1, 0.1), corner(-0.1, -0.1)];
+    model.contact.a.points = vec![corner(0.1, 0.1), corner(0.1, -0.1), corner(-0.1, 0.1), corner(-0.1, -0.1)];
     model.base_inertia = inertia(0.07, 0.04, 0.04);
     let (sin, cos) = 20f64.to_radians().sin_cos();
     model.field = vec3(9.81 * cos, 9.81 * sin, 0.0);

@@ -5,18 +5,22 @@ use softdock_kernels::contact::{Point, PointState, contact_point, space_pair, sp
 use softdock_kernels::fields::filled;
 use softdock_kernels::frame::touch_points;
 use softdock_kernels::material::Pair;
-use softdock_kernels::model::{ContactPoint, MaterialPair, Model, NormalLaw, Shape, Solid};
+use softdock_kernels::model::{ContactPoint, MaterialPair, Members, Model, NormalLaw, Shape, Solid};
 use softdock_kernels::params::Params;
 use softdock_kernels::plant::Plant;
 use softdock_kernels::space::{Motion, Parts};
-use softdock_kernels::vector::{Quat, Vec3, vec3};
+use softdock_kernels::vector::{Pose, Quat, Vec3, vec3};
 
 const STIFFNESS: f64 = 9e5;
+
+fn members(points: &[usize], solids: &[usize]) -> Members {
+    Members { points: points.to_vec(), solids: solids.to_vec() }
+}
 
 /// A point of part A before the plane, with a law of its own.
 fn with_pair(law: NormalLaw, properties: Pair<f64>) -> Model {
     let mut model = two_bodies(1e-5, 0.3, 1e-4);
-    model.contact.pairs = vec![MaterialPair { points: vec![0], solids: vec![0], law, properties }];
+    model.contact.pairs = vec![MaterialPair { a: members(&[0], &[]), b: members(&[], &[0]), law, properties }];
     model.task.end_after_separation = 2e-3;
     model
 }
@@ -29,7 +33,7 @@ fn pair() -> Pair<f64> {
 fn force(law: NormalLaw, properties: Pair<f64>, depth: f64, rate: f64) -> f64 {
     let m = Plant::new(with_pair(law, properties));
     let state = PointState { approach: 0.2, ..filled(0.0) };
-    let point = Point { position: Vec3::zero(), radius: 0.0 };
+    let point = Point { position: Vec3::zero(), radius: 0.0, share: 1.0 };
     let pair = space_pair(&m.pairs[0], &Params::null());
     contact_point(&m, &m.pairs[0], &pair, &parts(depth, rate), point, state).force
 }
@@ -94,16 +98,16 @@ fn stop_adds_its_spring_beyond_the_stroke() {
 fn each_point_meets_each_solid_under_the_law_of_their_pair() {
     let plane = |x: f64| Solid { frame: at(x, 0.0, 0.0), shape: Shape::Plane };
     let row = |point: usize, solids: &[usize], stiffness: f64| MaterialPair {
-        points: vec![point],
-        solids: solids.to_vec(),
+        a: members(&[point], &[]),
+        b: members(&[], solids),
         law: NormalLaw::Linear,
         properties: Pair { stiffness, ..pair() },
     };
     let mut model = two_bodies(1e-5, 0.3, 1e-4);
-    let point = model.contact.points[0];
-    model.contact.points = vec![point, ContactPoint { position: vec3(0.0, 0.1, 0.0), radius: 0.0 }, point];
+    let point = model.contact.a.points[0];
+    model.contact.a.points = vec![point, ContactPoint { position: vec3(0.0, 0.1, 0.0), radius: 0.0 }, point];
     // At x = 3 mm the points lie 3 mm in the first plane and 2 mm in the second.
-    model.contact.solids = vec![plane(0.0), plane(1e-3)];
+    model.contact.b.solids = vec![plane(0.0), plane(1e-3)];
     model.contact.pairs = vec![row(1, &[0, 1], 1e4), row(2, &[1], 1e5)];
     let m = Plant::new(model);
     let params = Params { contact_stiffness: 1e3, ..Params::null() };
@@ -113,4 +117,106 @@ fn each_point_meets_each_solid_under_the_law_of_their_pair() {
     let right = 1e3 * 3e-3 + 1e4 * 3e-3 + (1e3 * 3e-3 + 1e5 * 2e-3);
     assert_close("force", touch.wrench.force.norm(), right, 1e-12);
     assert_eq!(m.contacts.len(), 4);
+}
+
+/// The sphere as part A before the plane, and the plane as part A before the sphere: the same contact seen from either
+/// part. The frames are turned and off their bodies, so that levers and axes count.
+#[test]
+fn contact_is_the_same_with_the_parts_exchanged() {
+    let turn = |x: f64, y: f64, z: f64| Quat::from_rotation_vector(vec3(x, y, z));
+    let sphere = Solid { frame: at(0.02, 0.03, -0.01), shape: Shape::Sphere { radius: 0.1 } };
+    let wall = Solid { frame: Pose { position: Vec3::zero(), attitude: turn(0.1, 0.2, 0.3) }, shape: Shape::Plane };
+    let moving = |x: f64, attitude: Quat<f64>, velocity: Vec3<f64>, omega: Vec3<f64>| Motion {
+        position: vec3(x, 0.05, -0.02),
+        velocity,
+        attitude,
+        omega,
+    };
+    let ball = moving(-0.095, turn(0.3, -0.2, 0.1), vec3(0.1, 0.02, 0.0), vec3(0.1, -0.4, 0.2));
+    let plate = moving(0.0, turn(-0.05, 0.1, 0.0), vec3(-0.05, 0.0, 0.01), vec3(-0.2, 0.1, 0.3));
+    let wrench = |a: &Solid, b: &Solid, parts: &Parts<f64>| {
+        let mut model = two_bodies(1e-4, 0.3, 1e-4);
+        (model.contact.a.points, model.contact.a.solids, model.contact.b.solids) = (Vec::new(), vec![*a], vec![*b]);
+        let m = Plant::new(model);
+        assert_eq!(m.contacts.len(), 1);
+        let params = Params {
+            contact_stiffness: 1e4,
+            contact_damping: 30.0,
+            contact_friction: 0.3,
+            bristle_stiffness: 1e4,
+            bristle_damping: 5.0,
+            ..Params::null()
+        };
+        let mut states = vec![filled(0.0); m.contacts.len()];
+        let touch = (0..50).map(|_| touch_points(&m, &space_pairs(&m, &params), parts, &mut states, true)).last();
+        touch.expect("fifty substeps").wrench
+    };
+    let first = wrench(&sphere, &wall, &Parts { a: ball, b: plate });
+    // Exchanged: what acts on part A now is the reaction, about the origin of the other part.
+    let second = wrench(&wall, &sphere, &Parts { a: plate, b: ball });
+    assert!(first.force.norm() > 10.0, "they touch");
+    let lever = ball.position - plate.position;
+    let moment = -(first.moment + lever.cross(first.force));
+    assert!((first.force + second.force).norm() < 1e-12 * first.force.norm(), "{first:?} {second:?}");
+    assert!((second.moment - moment).norm() < 1e-12 * first.moment.norm(), "{moment:?} {second:?}");
+}
+
+/// Depth and force of solids on a plane that they touch flat, on an edge, or with a round side.
+#[test]
+fn solids_press_a_plane_with_their_whole_contact() {
+    let quarter = std::f64::consts::FRAC_PI_2;
+    let pressed = |shape: Shape, pitch: f64, x: f64| {
+        let mut model = two_bodies(1e-4, 0.3, 1e-4);
+        let frame = Pose { position: Vec3::zero(), attitude: Quat::from_rotation_vector(vec3(0.0, pitch, 0.0)) };
+        (model.contact.a.points, model.contact.a.solids) = (Vec::new(), vec![Solid { frame, shape }]);
+        let m = Plant::new(model);
+        let params = Params { contact_stiffness: 1e4, ..Params::null() };
+        let mut states = vec![filled(0.0); m.contacts.len()];
+        let touch = touch_points(&m, &space_pairs(&m, &params), &parts(x, 0.0), &mut states, true);
+        (touch.wrench.force.norm(), touch.wrench.moment.norm())
+    };
+    let box_of = Shape::Box { half: vec3(0.1, 0.2, 0.3) };
+    // Four vertices 1 mm deep each; turned by 45 degrees about y, two of an edge.
+    assert_close("face", pressed(box_of, 0.0, -0.099).0, 4.0 * 1e4 * 1e-3, 1e-9);
+    let diagonal = 0.1 * 0.5_f64.sqrt() + 0.3 * 0.5_f64.sqrt();
+    assert_close("edge", pressed(box_of, 0.5 * quarter, -(diagonal - 1e-3)).0, 2.0 * 1e4 * 1e-3, 1e-9);
+    // A rim that lies flat is as stiff as four points, with any number of them, and without a moment.
+    for points in [4, 16, 63] {
+        let disc = Shape::Cylinder { radius: 0.1, length: 0.2, points };
+        let (force, moment) = pressed(disc, 0.0, -0.099);
+        assert_close(&format!("rim of {points}"), force, 4.0 * 1e4 * 1e-3, 1e-9);
+        assert!(moment < 1e-9, "{moment}");
+        let cone = Shape::Frustum { front: 0.05, back: 0.1, length: 0.3, points };
+        assert_close(&format!("back rim of {points}"), pressed(cone, 0.0, -0.299).0, 4.0 * 1e4 * 1e-3, 1e-9);
+    }
+    // Lying on its side a capsule touches with both ends, standing with one.
+    let capsule = Shape::Capsule { radius: 0.05, length: 0.2, points: 2 };
+    assert_close("lying", pressed(capsule, quarter, -0.049).0, 2.0 * 1e4 * 1e-3, 1e-9);
+    assert_close("standing", pressed(capsule, 0.0, -0.149).0, 1e4 * 1e-3, 1e-9);
+    let ring = Shape::Ring { radius: 0.2, tube: 0.03, points: 24 };
+    assert_close("ring", pressed(ring, 0.0, -0.029).0, 4.0 * 1e4 * 1e-3, 1e-9);
+}
+
+/// Of two solids no place of contact counts twice: a sphere on the vertex of a box, a sphere on a sphere.
+#[test]
+fn round_solids_meet_other_solids_once() {
+    let force = |a: Shape, b: Shape, x: f64, shift: Vec3<f64>| {
+        let mut model = two_bodies(1e-4, 0.3, 1e-4);
+        let of = |shape| vec![Solid { frame: Pose::identity(), shape }];
+        (model.contact.a.points, model.contact.a.solids, model.contact.b.solids) = (Vec::new(), of(a), of(b));
+        let m = Plant::new(model);
+        let params = Params { contact_stiffness: 1e4, ..Params::null() };
+        let mut states = vec![filled(0.0); m.contacts.len()];
+        let mut at = parts(x, 0.0);
+        at.a.position = at.a.position + shift;
+        touch_points(&m, &space_pairs(&m, &params), &at, &mut states, true).wrench.force.norm()
+    };
+    let (ball, cube) = (Shape::Sphere { radius: 0.1 }, Shape::Box { half: vec3(0.2, 0.2, 0.2) });
+    // The ball's centre on the diagonal beyond the vertex, 1 mm too near.
+    let place = 0.2 + 0.099 / 3.0_f64.sqrt();
+    let diagonal = vec3(0.0, -place, -place);
+    assert_close("ball on a vertex", force(ball, cube, -place, diagonal), 10.0, 1e-9);
+    assert_close("vertex on a ball", force(cube, ball, -place, diagonal), 10.0, 1e-9);
+    assert_close("ball on a ball", force(ball, ball, -0.199, Vec3::zero()), 10.0, 1e-9);
+    assert_close("ball on a face", force(ball, cube, -0.299, Vec3::zero()), 10.0, 1e-9);
 }

@@ -35,10 +35,10 @@ fn hollow_shapes_have_exact_distances_and_unit_normals_out_of_the_material() {
     ];
     for (shape, outline) in outlines {
         let mut model = two_bodies(1e-3, 1.0, 1.0);
-        model.contact.solids = vec![Solid { frame: at(0.0, 0.0, 0.0), shape }];
+        model.contact.b.solids = vec![Solid { frame: at(0.0, 0.0, 0.0), shape }];
         let m = Plant::new(model);
         for p in scattered(300) {
-            let found = union_distance(&m.solids, p);
+            let found = union_distance(&m.solids[1], p);
             let exact = sampled(&outline, p.x, p.y.hypot(p.z));
             // Samples lie 65 um apart at most.
             assert!((found.distance.abs() - exact).abs() < 1e-4, "{shape:?} at {p:?}: {found:?}, sampled {exact}");
@@ -50,7 +50,44 @@ fn hollow_shapes_have_exact_distances_and_unit_normals_out_of_the_material() {
                 });
             assert_eq!(found.distance > 0.0, free, "{shape:?} at {p:?}: {found:?}");
             // A step out of the material lengthens the distance by the step, away from edges and the axis.
-            let further = union_distance(&m.solids, p + found.normal * 1e-7).distance - found.distance;
+            let further = union_distance(&m.solids[1], p + found.normal * 1e-7).distance - found.distance;
+            assert!((further - 1e-7).abs() < 1e-9 || found.distance.abs() < 1e-6, "{shape:?} at {p:?}: {further}");
+        }
+    }
+}
+
+#[test]
+fn solid_shapes_have_exact_distances_and_unit_normals_out_of_the_material() {
+    let points = 8;
+    let cylinder = Shape::Cylinder { radius: 0.2, length: 0.5, points };
+    let frustum = Shape::Frustum { front: 0.1, back: 0.3, length: 0.4, points };
+    let outlines: [(Shape, [[f64; 2]; 4]); 2] = [
+        (cylinder, [[-0.25, 0.0], [-0.25, 0.2], [0.25, 0.2], [0.25, 0.0]]),
+        (frustum, [[0.0, 0.0], [0.0, 0.1], [0.4, 0.3], [0.4, 0.0]]),
+    ];
+    let round = |centre: f64, radius: f64| (centre - radius).abs();
+    for p in scattered(300) {
+        let (x, r) = (p.x, p.y.hypot(p.z));
+        let mut exact: Vec<(Shape, f64, bool)> = Vec::new();
+        for (shape, outline) in &outlines {
+            let ends = [outline[1], outline[2]];
+            let share = (x - ends[0][0]) / (ends[1][0] - ends[0][0]);
+            let is_inside = (0.0..=1.0).contains(&share) && r < ends[0][1] + share * (ends[1][1] - ends[0][1]);
+            exact.push((*shape, sampled(outline, x, r), is_inside));
+        }
+        let axis = (x - x.clamp(-0.1, 0.1)).hypot(r);
+        exact.push((Shape::Capsule { radius: 0.2, length: 0.2, points: 2 }, round(axis, 0.2), axis < 0.2));
+        let circle = x.hypot(r - 0.25);
+        exact.push((Shape::Ring { radius: 0.25, tube: 0.1, points }, round(circle, 0.1), circle < 0.1));
+        for (shape, distance, is_inside) in exact {
+            let mut model = two_bodies(1e-3, 1.0, 1.0);
+            model.contact.b.solids = vec![Solid { frame: at(0.0, 0.0, 0.0), shape }];
+            let m = Plant::new(model);
+            let found = union_distance(&m.solids[1], p);
+            assert!((found.distance.abs() - distance).abs() < 1e-4, "{shape:?} at {p:?}: {found:?}, {distance}");
+            assert_eq!(found.distance < 0.0, is_inside, "{shape:?} at {p:?}: {found:?}");
+            assert!((found.normal.norm() - 1.0).abs() < 1e-12, "{shape:?} at {p:?}: {found:?}");
+            let further = union_distance(&m.solids[1], p + found.normal * 1e-7).distance - found.distance;
             assert!((further - 1e-7).abs() < 1e-9 || found.distance.abs() < 1e-6, "{shape:?} at {p:?}: {further}");
         }
     }

@@ -13,13 +13,13 @@ use softdock_kernels::load::Load;
 use softdock_kernels::manipulator::cell::{Drives, Feedforward, SetPoint};
 use softdock_kernels::material::Pair;
 use softdock_kernels::model::{
-    ArmControl, Compensator, CompensatorKind, ContactPoint, ImpedanceLaw, MaterialPair, Model, NormalLaw, SensorLoad,
-    Shape, Solid, TestMotion, Thrust, Waveform,
+    ArmControl, Compensator, CompensatorKind, ContactPoint, ImpedanceLaw, MaterialPair, Members, Model, NormalLaw,
+    SensorLoad, Shape, Solid, TestMotion, Thrust, Waveform,
 };
 use softdock_kernels::monitor::{Touch, Watch, gather, no_touch, total_wrench};
 use softdock_kernels::params::Params;
 use softdock_kernels::philox::{key, uniform};
-use softdock_kernels::plant::Plant;
+use softdock_kernels::plant::{Plant, PointOfPair};
 use softdock_kernels::robot::{Robots, command, extrapolate, mounted_parts};
 use softdock_kernels::sensor::Sensor;
 use softdock_kernels::session::{Asked, Clearance, Session, axes_asked};
@@ -154,8 +154,8 @@ fn laws() -> Vec<MaterialPair> {
     };
     let rough = Pair { stribeck: 0.4, anisotropy: 0.3, adhesion: 1.5, ..plain };
     let of = |point: usize, solid: usize, law: NormalLaw, properties: Pair<f64>| MaterialPair {
-        points: vec![point],
-        solids: vec![solid],
+        a: Members { points: vec![point], solids: Vec::new() },
+        b: Members { points: Vec::new(), solids: vec![solid] },
         law,
         properties,
     };
@@ -172,12 +172,15 @@ fn crowded(model: &mut Model) {
         let frame = Pose { position: vec3(x, y, 0.0), attitude: Quat { w: 0.8, v: vec3(0.0, 0.6, 0.0) } };
         Solid { frame, shape }
     };
-    model.contact.solids = vec![
+    model.contact.b.solids = vec![
         at(0.05, 0.12, Shape::Box { half: vec3(0.03, 0.15, 0.08) }),
         at(0.08, -0.11, Shape::Sphere { radius: 0.12 }),
     ];
     model.contact.law = NormalLaw::Power { exponent: 1.7 };
     model.contact.pairs = laws();
+    // Beside the head: its rims meet the box, and the box's vertices and the ball meet it.
+    let frame = Pose { position: vec3(0.01, 0.02, 0.0), attitude: Quat { w: 0.9, v: vec3(0.0, 0.3, 0.316) } };
+    model.contact.a.solids = vec![Solid { frame, shape: Shape::Cylinder { radius: 0.03, length: 0.05, points: 6 } }];
     model.guidance.arm = ArmControl::ComputedTorque { bandwidth: 2.0, damping_ratio: 0.8 };
     model.guidance.thrust = Thrust::Approach {
         speed_gain: 400.0,
@@ -212,10 +215,10 @@ fn feed_all_forward(model: &mut Model) {
 
 /// A bore with a chamfer, and a soft end-effector.
 fn bored(model: &mut Model) {
-    model.contact.solids =
+    model.contact.b.solids =
         vec![Solid { frame: Pose::identity(), shape: Shape::Bore { radius: 0.03, depth: 0.08, chamfer: 0.01 } }];
     compensated(model, CompensatorKind::VirtualDamping);
-    model.contact.points.push(ContactPoint { position: vec3(0.01, 0.0, 0.02), radius: 0.0 });
+    model.contact.a.points.push(ContactPoint { position: vec3(0.01, 0.0, 0.02), radius: 0.0 });
     model.guidance.arm = ArmControl::CartesianImpedance {
         stiffness: 800.0,
         damping: 600.0,
@@ -342,6 +345,10 @@ struct Scene<const N: usize> {
     latch: LatchState<f64>,
 }
 
+fn point_of(contact: &PointOfPair) -> Point<f64> {
+    Point { position: contact.point.position, radius: contact.point.radius, share: contact.share }
+}
+
 fn scene<const N: usize>(plant: &Plant, shot: &Snapshot, facility: bool) -> Scene<N> {
     let state = &shot.lane.state;
     let (bodies, watch) = (fields::<f64, Bodies<f64, N>>().len(), fields::<f64, Watch<f64>>().len());
@@ -364,8 +371,7 @@ fn scene<const N: usize>(plant: &Plant, shot: &Snapshot, facility: bool) -> Scen
         .iter()
         .zip(&states)
         .map(|(contact, state)| {
-            let point = &plant.contact.points[contact.point];
-            let point = Point { position: point.position, radius: point.radius };
+            let point = point_of(contact);
             let of = &plant.pairs[contact.pair];
             let pair = if facility { hil_pair(of, &shot.params) } else { space_pair(of, &shot.params) };
             contact_point(plant, of, &pair, &mounted, point, *state)
@@ -454,10 +460,7 @@ fn bundle<const N: usize>(
         "LatchState" => flat(&s.latch),
         "PointContact" => flat(&s.contacts[index % s.contacts.len()]),
         "PointState" => flat(&s.states[index % s.states.len()]),
-        "Point" => {
-            let point = plant.contact.points[index % plant.contact.points.len()];
-            flat(&Point { position: point.position, radius: point.radius })
-        }
+        "Point" => flat(&point_of(&plant.contacts[index % plant.contacts.len()])),
         "Actuation" => {
             let masses = if s.facility { hil_masses(&p) } else { space_masses(&p) };
             let (arm, base, touched) = (s.bodies.arm, s.bodies.chaser.attitude, f64::from(index as u32 % 2));

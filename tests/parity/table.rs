@@ -118,6 +118,8 @@ fn law_rows() -> Vec<Vec<Row<Twin>>> {
         3, 0.0, COPIED => space_pair_3, hil_pair_3, contact_point_3;
         4, 1.0, LITERALS => space_pair_4, hil_pair_4, contact_point_4;
         5, 0.0, COPIED => space_pair_5, hil_pair_5, contact_point_5;
+        6, 0.0, COPIED => space_pair_6, hil_pair_6, contact_point_6;
+        7, 0.0, COPIED => space_pair_7, hil_pair_7, contact_point_7;
     }
 }
 

@@ -127,8 +127,8 @@ fn frictionless_off_centre_collision_matches_rapier() {
     model.target_inertia = inertia(INERTIAS[1][0], INERTIAS[1][1], INERTIAS[1][2]);
     model.base_pose.position = places[0];
     model.target_pose.position = places[1];
-    model.contact.points[0] = ContactPoint { position: balls[0], radius: RADIUS };
-    model.contact.solids[0] = Solid { frame: at(0.0, balls[1].y, 0.0), shape: Shape::Sphere { radius: RADIUS } };
+    model.contact.a.points[0] = ContactPoint { position: balls[0], radius: RADIUS };
+    model.contact.b.solids[0] = Solid { frame: at(0.0, balls[1].y, 0.0), shape: Shape::Sphere { radius: RADIUS } };
     let params = Params { base_mass: masses[0], target_mass: masses[1], ..closing(1.0, speed, 4e7, 0.0) };
     let found = last(model, params).parts[0];
     let free = |i: usize, velocity: f64| Free {

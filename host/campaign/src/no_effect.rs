@@ -3,6 +3,7 @@
 use crate::campaign::Campaign;
 use crate::check::Checker;
 use crate::expression::Bounds;
+use crate::overlap::without_robots;
 use softdock_kernels::effects::{EFFECTS, Effect, EffectParameter, EffectSet, Null};
 use softdock_kernels::fields::fields;
 use softdock_kernels::manipulator::cell::Feedforward;
@@ -38,6 +39,10 @@ const VISCOUS: Reason = (
 const DISSIPATIVE: Reason = (
     "the contact law has a dissipation and no damping",
     "disperse `contact_dissipation` instead, or write law = \"linear\" in the scenario",
+);
+const NO_COMMON: Reason = (
+    "every point and solid is in a [[contact.pair]] with its own properties",
+    "remove it, or leave points and solids to the law of [contact]",
 );
 const BILATERAL: Reason =
     ("a bilateral contact never parts", "remove it, or write bilateral = false in [contact] of the scenario");
@@ -114,6 +119,7 @@ fn ineffective(name: &str, model: &Model, bounds: &[Bounds]) -> Option<Reason> {
     let without = |reason: Reason, condition: bool| condition.then_some(reason);
     let rail = model.facility.rail.as_ref();
     let viscous = model.contact.law.is_viscous();
+    let rows = || model.contact.pairs.iter().map(|row| &row.properties);
     let joints = model.facility.joint_level.as_ref();
     match name {
         _ if name.starts_with("latch_") => without(NO_LATCH, model.contact.latch.is_none()),
@@ -130,17 +136,27 @@ fn ineffective(name: &str, model: &Model, bounds: &[Bounds]) -> Option<Reason> {
             Some(level) => without(NO_FEEDFORWARD, !feeds(level.servo.feedforward, name)),
         },
         "rail_lag_damping" => without(NO_LAG, never("rail_lag")),
+        "contact_stiffness"
+        | "contact_damping"
+        | "contact_dissipation"
+        | "contact_friction"
+        | "bristle_stiffness"
+        | "bristle_damping"
+            if !without_robots(model).pairs.iter().any(|pair| pair.properties.is_none()) =>
+        {
+            Some(NO_COMMON)
+        }
         "contact_dissipation" => without(VISCOUS, viscous),
         "contact_damping" => without(DISSIPATIVE, !viscous),
-        "bristle_stiffness"
-        | "bristle_damping"
-        | "contact_friction_error"
-        | "contact_stribeck"
-        | "contact_anisotropy" => without(NO_FRICTION, never("contact_friction")),
+        "bristle_stiffness" | "bristle_damping" => without(NO_FRICTION, never("contact_friction")),
+        "contact_friction_error" | "contact_stribeck" | "contact_anisotropy" => {
+            without(NO_FRICTION, never("contact_friction") && rows().all(|pair| pair.friction == 0.0))
+        }
         "contact_adhesion" => without(BILATERAL, model.contact.bilateral),
         "tool_speed_limit" | "tool_rotation_limit" => without(JOINTS, joints.is_some()),
         "contact_damping_error" => {
-            without(NO_DAMPING, never(if viscous { "contact_damping" } else { "contact_dissipation" }))
+            let common = never(if viscous { "contact_damping" } else { "contact_dissipation" });
+            without(NO_DAMPING, common && rows().all(|pair| pair.damping == 0.0 && pair.dissipation == 0.0))
         }
         _ if name.starts_with("tare_error_") => without(NO_TARE, !model.facility.tared),
         _ if name.starts_with("load_") => without(NO_LOAD, model.facility.load.is_none()),
@@ -177,5 +193,28 @@ fn feeds(feedforward: Feedforward, name: &str) -> bool {
         Feedforward::Off => !name.contains("_model_"),
         Feedforward::Gravity => !name.contains("_model_") || name.ends_with("_model_gravity_error"),
         Feedforward::Full => true,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scenario::tests::{FREE_BODY, scenario};
+    use softdock_kernels::fields::to_vec;
+
+    #[test]
+    fn common_law_has_no_effect_where_every_point_and_solid_are_in_a_pair() {
+        let why = |text: &str, parameter: &str| {
+            let model = scenario(text).expect("valid").model;
+            let bounds: Vec<Bounds> =
+                to_vec(&model.nominal).into_iter().map(|value| Bounds { least: value, greatest: value }).collect();
+            ineffective(parameter, &model, &bounds).map(|reason| reason.0)
+        };
+        let pair = "[[contact.pair]]\nlaw = \"linear\"\nstiffness = \"1e4 N/m\"\nfriction = 0.1\n[start]";
+        let covered = FREE_BODY.replace("[start]", pair);
+        assert_eq!(why(&covered, "contact_stiffness"), Some(NO_COMMON.0));
+        assert_eq!(why(FREE_BODY, "contact_stiffness"), None);
+        assert_eq!(why(&covered, "contact_friction_error"), None, "the pair has friction");
+        assert_eq!(why(FREE_BODY, "contact_friction_error"), Some(NO_FRICTION.0));
     }
 }

@@ -3,8 +3,8 @@
 use crate::check::Checker;
 use crate::written::scenario::ScenarioFile;
 use softdock_kernels::contact::overlap::{Overlap, deepest_overlap, retreat, start_parts};
-use softdock_kernels::model::Model;
-use softdock_kernels::plant::Plant;
+use softdock_kernels::model::{Model, Side};
+use softdock_kernels::plant::{Plant, PointSource};
 use softdock_kernels::range::LENGTH;
 
 /// Steps in which a gap is proposed \[m\].
@@ -13,14 +13,14 @@ const GAP_STEP: f64 = 1e-4;
 /// Share of a step by which the computed retreat may be too long: it is exact to a micrometre.
 const EXCESS: f64 = 0.011;
 
-/// Key of a contact point of part A in the scenario; entries count from 1.
-pub fn point_key(point: usize) -> String {
-    format!("part_a.point[{}]", point + 1)
-}
-
-/// Key of a solid of part B in the scenario; entries count from 1.
-pub fn solid_key(solid: usize) -> String {
-    format!("part_b.solid[{}]", solid + 1)
+/// Keys of the point and of the solid of an overlap in the scenario; entries count from 1.
+pub fn keys(overlap: &Overlap) -> [String; 2] {
+    let table = |side: Side| if side == Side::A { "part_a" } else { "part_b" };
+    let key = |side: Side, source: PointSource| match source {
+        PointSource::Point(index) => format!("{}.point[{}]", table(side), index + 1),
+        PointSource::Solid(index) => format!("{}.solid[{}]", table(side), index + 1),
+    };
+    [key(overlap.side, overlap.source), key(overlap.side.other(), PointSource::Solid(overlap.solid))]
 }
 
 /// A length in millimetres, to a micrometre: `110 mm`.
@@ -45,12 +45,12 @@ pub(crate) fn refuse(c: &mut Checker, file: &ScenarioFile, model: &Model) {
     let Some(overlap) = deepest_overlap(&plant, &parts).filter(|overlap| overlap.depth > model.task.max_depth) else {
         return;
     };
-    let Overlap { point, solid, depth, .. } = overlap;
+    let [point, solid] = keys(&overlap);
     let message = format!(
         "`{}` overlaps `{}` by {} at the start, more than `task.max_depth` ({}): every run would be invalid",
-        point_key(point),
-        solid_key(solid),
-        millimetres(depth),
+        point,
+        solid,
+        millimetres(overlap.depth),
         millimetres(model.task.max_depth)
     );
     let back = retreat(&plant, &parts, LENGTH);

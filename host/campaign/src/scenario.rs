@@ -158,6 +158,7 @@ impl Scenario {
         if let (Some(station), Some(written)) = (&scenario.station, &file.facility.value.file) {
             facility::check_robots(&mut c, station, written, &mut scenario.model);
         }
+        contact::check_contacts(&mut c, &scenario.model);
         overlap::refuse(&mut c, &file, &scenario.model);
         scenario.identified = identified_effects(&mut c, &file.effect, &mut scenario.model.nominal);
         Problems::check(std::mem::take(&mut c.problems))?;

@@ -6,8 +6,9 @@ use crate::mobility::{Chaser, greatest, target_about_com, target_at_point};
 use nalgebra::{DMatrix, DVector, Matrix3};
 use softdock_kernels::contact::{REFERENCE_DEPTH, common_pair};
 use softdock_kernels::material::{NormalLaw, Pair};
-use softdock_kernels::model::{ArmControl, CompensatorKind, MaterialPair, Model, Thrust};
+use softdock_kernels::model::{ArmControl, CompensatorKind, MaterialPair, Members, Model, Side, Thrust};
 use softdock_kernels::params::Params;
+use softdock_kernels::plant::{PointSource, part_points};
 use softdock_kernels::vector::Vec3;
 
 /// Greatest angle per step, w dt.
@@ -113,18 +114,40 @@ fn floor3(value: f64) -> f64 {
     (value * scale).floor() / scale * (1.0 - 1e-3)
 }
 
-/// Inverse mass of the pair at a point of part A (contact happens with part A at part B).
-fn pair_mobility(m: &Model, low: &Params<f64>, chaser: &Chaser, point: Vec3<f64>) -> f64 {
-    let lever = chaser.axes.times(point);
+/// Inverse mass of the pair at a lever from part A in the contact frame (contact happens with part A at part B).
+fn pair_mobility(m: &Model, low: &Params<f64>, chaser: &Chaser, lever: Vec3<f64>) -> f64 {
     let target = target_at_point(m, low.target_mass, low.target_inertia_scale, lever);
     greatest(&(chaser.at_point(chaser.part_a + lever) + target))
 }
 
+/// Greatest inverse mass of the pair at the contact points that belong to it.
+fn greatest_mobility(
+    m: &Model,
+    low: &Params<f64>,
+    chaser: &Chaser,
+    belongs: impl Fn(Side, PointSource) -> bool,
+) -> f64 {
+    let of = |side: Side| {
+        let points = part_points(m.contact.part(side)).into_iter();
+        points
+            .filter(|(source, _)| belongs(side, *source))
+            .map(|(_, feature)| feature.point.position)
+            .collect::<Vec<_>>()
+    };
+    // Part B's frame is the contact frame at the start.
+    let levers = of(Side::A).into_iter().map(|point| chaser.axes.times(point)).chain(of(Side::B));
+    levers.map(|lever| pair_mobility(m, low, chaser, lever)).fold(0.0, f64::max)
+}
+
 /// The contact pairs, their bristles, and the latch.
 fn contact(m: &Model, extremes: &Extremes, chaser: &Chaser) -> Vec<Spring> {
+    let all = |side: Side| {
+        let part = m.contact.part(side);
+        Members { points: (0..part.points.len()).collect(), solids: (0..part.solids.len()).collect() }
+    };
     let common = MaterialPair {
-        points: (0..m.contact.points.len()).collect(),
-        solids: Vec::new(),
+        a: all(Side::A),
+        b: all(Side::B),
         law: m.contact.law,
         properties: common_pair(&extremes.greatest),
     };
@@ -149,8 +172,7 @@ fn pair_springs(
     (name, table, parameters): (&str, &str, [Option<&'static str>; 4]),
 ) -> Vec<Spring> {
     let (low, high, pair) = (&extremes.least, &extremes.greatest, &row.properties);
-    let place = |point: &usize| m.contact.points[*point].position;
-    let mobility = row.points.iter().map(|point| pair_mobility(m, low, chaser, place(point))).fold(0.0, f64::max);
+    let mobility = greatest_mobility(m, low, chaser, |side, source| row.has(side, source));
     let [slope, damping] = mounted_slope_and_damping(m, high, row.law, pair);
     let damping_key = if row.law.is_viscous() { "damping" } else { "dissipation" };
     let springs = [
@@ -204,7 +226,7 @@ fn latch(m: &Model, extremes: &Extremes, chaser: &Chaser) -> Vec<Spring> {
         return Vec::new();
     };
     let (low, high) = (&extremes.least, &extremes.greatest);
-    let linear = pair_mobility(m, low, chaser, latch.point);
+    let linear = pair_mobility(m, low, chaser, chaser.axes.times(latch.point));
     let angular = greatest(&(chaser.about_part_a() + target_about_com(m, low.target_inertia_scale)));
     let rows = [
         ("latch.stiffness", "latch_stiffness", high.latch_stiffness, 0.0, linear, "kg"),
@@ -242,8 +264,7 @@ fn approach(m: &Model, chaser: &Chaser) -> Vec<Spring> {
 /// The model of a compensator, held over a tick: a spring or a damper of its own on the undelayed motion.
 fn compensator(m: &Model, extremes: &Extremes, chaser: &Chaser) -> Option<Spring> {
     let (low, high) = (&extremes.least, &extremes.greatest);
-    let points = m.contact.points.iter().map(|point| pair_mobility(m, low, chaser, point.position));
-    let mobility = points.fold(0.0, f64::max);
+    let mobility = greatest_mobility(m, low, chaser, |_, _| true);
     let stiffness = high.compensator_stiffness;
     let (stiffness, damping) = match m.facility.compensator.kind {
         CompensatorKind::Smith => (stiffness, 0.0),

@@ -1,4 +1,4 @@
-//! Exact signed distances of part B's solids and of their union, with the direction out of the material.
+//! Exact signed distances of a part's solids and of their union, with the direction out of the material.
 
 use crate::contact::profile::{Profile, Surface};
 use crate::plant::PreparedSolid;
@@ -14,7 +14,7 @@ pub struct Distance<R> {
     pub normal: Vec3<R>,
 }
 
-/// Distance of a point of part B's frame to the union of solids.
+/// Distance of a point to the union of a part's solids, in the part's frame.
 #[inline(always)]
 pub fn union_distance<R: Real>(solids: &[PreparedSolid], point: Vec3<R>) -> Distance<R> {
     let far = Distance { distance: R::lit(1.0e3), normal: vec3(R::lit(-1.0), R::lit(0.0), R::lit(0.0)) };
@@ -30,7 +30,7 @@ pub fn union_distance<R: Real>(solids: &[PreparedSolid], point: Vec3<R>) -> Dist
     best
 }
 
-/// Distance of a point of part B's frame to one of its solids.
+/// Distance of a point to a solid, in the frame of its part.
 #[inline(always)]
 pub fn solid_distance<R: Real>(solid: &PreparedSolid, point: Vec3<R>) -> Distance<R> {
     let local = solid.to_local(point);
@@ -38,6 +38,8 @@ pub fn solid_distance<R: Real>(solid: &PreparedSolid, point: Vec3<R>) -> Distanc
         Surface::HalfSpace => half_space(local),
         Surface::Sphere { radius } => sphere(*radius, local),
         Surface::Box { half } => cuboid(*half, local),
+        Surface::Capsule { half, radius } => capsule(*half, *radius, local),
+        Surface::Ring { radius, tube } => ring(*radius, *tube, local),
         Surface::Revolved(profile) => revolved(profile, local),
     };
     Distance { distance: d.distance, normal: solid.to_part(d.normal) }
@@ -57,6 +59,21 @@ fn revolved<R: Real>(profile: &Profile, p: Vec3<R>) -> Distance<R> {
     let d = profile.distance(p.x, radius);
     let radial = d.along_radius * inverse;
     Distance { distance: d.distance, normal: vec3(d.along_axis, radial * p.y, radial * p.z) }
+}
+
+/// A sphere about the nearest point of the axis.
+#[inline(always)]
+fn capsule<R: Real>(half: f64, radius: f64, p: Vec3<R>) -> Distance<R> {
+    let along = p.x.max(R::lit(-half)).min(R::lit(half));
+    sphere(radius, vec3(p.x - along, p.y, p.z))
+}
+
+/// A sphere about the nearest point of the tube's circle.
+#[inline(always)]
+fn ring<R: Real>(radius: f64, tube: f64, p: Vec3<R>) -> Distance<R> {
+    let across = p.y.mul_add(p.y, p.z * p.z).sqrt();
+    let share = R::lit(radius) / across.max(R::lit(1e-15));
+    sphere(tube, vec3(p.x, p.y - p.y * share, p.z - p.z * share))
 }
 
 #[inline(always)]

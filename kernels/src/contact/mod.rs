@@ -1,10 +1,11 @@
-//! Contact stage: points of part A against distances to part B's solids; bristle friction; the capture latch.
+//! Contact stage: points of one part against distances to the other's solids; bristle friction; the capture latch.
 //!
 //! Signs: depth is positive when the parts overlap, the normal points out of part B, and every force given here
 //! acts on part A (its exact negative, at the same point, on part B). Forces are in inertial axes, moments about
 //! the origin of part A's frame.
 
 pub mod distance;
+pub mod features;
 mod law;
 pub mod overlap;
 pub mod profile;
@@ -17,24 +18,26 @@ use crate::contact::law::Law;
 use crate::fields::literal;
 use crate::material::Pair;
 use crate::math::atan2;
+use crate::model::Side;
 use crate::params::Params;
 use crate::plant::{ContactPair, Plant};
 use crate::real::Real;
 use crate::space::{Motion, Parts, Wrench};
-use crate::vector::{Mat3, Vec3, vec3};
+use crate::vector::{Vec3, vec3};
 
 bundle! {
-    /// One contact point of part A.
+    /// One contact point.
     Point {
-        position: Vec3<R>, "m", "centre, part A's frame";
+        position: Vec3<R>, "m", "centre, frame of its part";
         radius: R, "m", "radius";
+        share: R, "1", "share of the pair's stiffness and damping";
     }
 }
 
 bundle! {
     /// What a contact point keeps from substep to substep under one law.
     PointState {
-        bristle: Vec3<R>, "m", "tangential deflection, part B's axes";
+        bristle: Vec3<R>, "m", "tangential deflection, axes of the part with the solids";
         approach: R, "m/s", "speed of approach at the touch, 0 when apart; kept for laws that need it";
     }
 }
@@ -118,7 +121,7 @@ pub fn hil_pair<R: Real>(of: &ContactPair, p: &Params<R>) -> Pair<R> {
     }
 }
 
-/// One point of part A against the solids of a law.
+/// One contact point against the solids of a law, which are of the other part.
 #[inline(always)]
 pub fn contact_point<R: Real>(
     m: &Plant,
@@ -128,30 +131,42 @@ pub fn contact_point<R: Real>(
     point: Point<R>,
     state: PointState<R>,
 ) -> PointContact<R> {
-    let (a, b) = (parts.a, parts.b);
+    // All up to the force for part A's points; for part B's the parts change their roles.
+    let (a, b) = match of.points_of {
+        Side::A => (&parts.a, &parts.b),
+        Side::B => (&parts.b, &parts.a),
+    };
     let centre = a.attitude.rotate(point.position);
     let b_axes = b.attitude.matrix();
-    let surface = union_distance(&of.solids, in_part_b(parts, b_axes, centre));
+    let in_b = b_axes.transposed_times((a.position - b.position) + centre);
+    let surface = union_distance(&of.solids, in_b);
     let normal = b_axes.times(surface.normal);
     let depth = point.radius - surface.distance;
     let lever = normal.scale_add(-point.radius, centre);
-    let velocity = sliding_velocity(&a, &b, lever);
+    let velocity = sliding_velocity(a, b, lever);
     let sink_rate = -velocity.dot(normal);
     let law = Law { m, of, pair };
     let approach = law.approach(depth, sink_rate, state.approach);
-    let force = law.normal_force(depth, sink_rate, approach);
+    let mut force = law.normal_force(depth, sink_rate, approach);
 
     let slip = b_axes.transposed_times(normal.scale_add(sink_rate, velocity));
     let (friction, bristle) = law.friction(force, slip, state.bristle, surface.normal);
-    let push = normal.scale_add(force, b_axes.times(friction));
+    let mut push = normal.scale_add(force, b_axes.times(friction));
+    if of.shares {
+        (force, push) = (force * point.share, push * point.share);
+    }
     let state = PointState { bristle, approach };
-    PointContact { wrench: Wrench { force: push, moment: lever.cross(push) }, state, depth, force, normal, lever }
-}
-
-/// A point that is given from A's origin in inertial axes, in part B's frame.
-#[inline(always)]
-fn in_part_b<R: Real>(parts: &Parts<R>, b_axes: Mat3<R>, from_a: Vec3<R>) -> Vec3<R> {
-    b_axes.transposed_times((parts.a.position - parts.b.position) + from_a)
+    match of.points_of {
+        Side::A => {
+            let wrench = Wrench { force: push, moment: lever.cross(push) };
+            PointContact { wrench, state, depth, force, normal, lever }
+        }
+        Side::B => {
+            let (push, lever) = (-push, (a.position - b.position) + lever);
+            let wrench = Wrench { force: push, moment: lever.cross(push) };
+            PointContact { wrench, state, depth, force, normal: -normal, lever }
+        }
+    }
 }
 
 /// Velocity of part A relative to part B at a point given from A's origin.

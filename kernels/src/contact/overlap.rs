@@ -1,9 +1,9 @@
-//! Overlap of the parts at a given pose: contact points of part A against solids of part B, in f64.
+//! Overlap of the parts at a given pose: contact points of each against solids of the other, in f64.
 
 use crate::contact::distance::solid_distance;
-use crate::contact::in_part_b;
+use crate::model::Side;
 use crate::params::Params;
-use crate::plant::{Plant, PreparedSolid};
+use crate::plant::{Plant, PointSource, PreparedSolid};
 use crate::space::{Parts, kinematics, space_masses};
 use crate::start::start;
 use crate::vector::{Vec3, vec3};
@@ -12,31 +12,52 @@ use crate::with_joints;
 /// Step aside from the axis of a hole \[m\].
 const ASIDE: f64 = 1e-9;
 
-/// How deep a contact point of part A lies in a solid of part B.
+/// How deep a contact point of one part lies in a solid of the other.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Overlap {
-    /// Index of the contact point in the model's `contact.points`.
-    pub point: usize,
-    /// Index of the solid in the model's `contact.solids`.
+    /// The part with the point.
+    pub side: Side,
+    /// What the point belongs to.
+    pub source: PointSource,
+    /// Index of the solid in the other part.
     pub solid: usize,
     /// Depth of the sphere in the solid, negative where they are apart \[m\].
     pub depth: f64,
     /// Point of the sphere that lies deepest in the solid (or next to it), part B's frame \[m\].
     pub place: Vec3<f64>,
+    /// Unit normal out of the solid there, part B's frame.
+    pub normal: Vec3<f64>,
 }
 
 /// The pair of a contact point and a solid that overlaps most, or that is nearest if none overlaps.
 ///
-/// The physics takes the same distance; its depth of a point is that of the deepest solid. `None` if the model has no
-/// contact point or no solid.
+/// The physics takes the same distance; its depth of a point is that of the deepest solid. `None` if no point meets a
+/// solid.
 pub fn deepest_overlap(m: &Plant, parts: &Parts<f64>) -> Option<Overlap> {
-    let b_axes = parts.b.attitude.matrix();
-    let pairs = m.contact.points.iter().enumerate().flat_map(|(point, sphere)| {
-        let centre = in_part_b(parts, b_axes, parts.a.attitude.rotate(sphere.position));
-        m.solids.iter().enumerate().map(move |(solid, prepared)| {
+    let pairs = m.contacts.iter().flat_map(|contact| {
+        let of = &m.pairs[contact.pair];
+        let (side, point) = (of.points_of, contact.point);
+        let [own, other] = match side {
+            Side::A => [parts.a, parts.b],
+            Side::B => [parts.b, parts.a],
+        };
+        let from_other = (own.position - other.position) + own.attitude.rotate(point.position);
+        let centre = other.attitude.rotate_back(from_other);
+        of.solids.iter().map(move |prepared| {
             let surface = solid_distance(prepared, centre);
-            let place = outward_normal(prepared, centre).scale_add(-sphere.radius, centre);
-            Overlap { point, solid, depth: sphere.radius - surface.distance, place }
+            let normal = outward_normal(prepared, centre);
+            let place = normal.scale_add(-point.radius, centre);
+            // From the frame of the part with the solid into that of part B.
+            let turned = |direction: Vec3<f64>| parts.b.attitude.rotate_back(other.attitude.rotate(direction));
+            let origin = parts.b.attitude.rotate_back(other.position - parts.b.position);
+            Overlap {
+                side,
+                source: contact.source,
+                solid: prepared.index,
+                depth: point.radius - surface.distance,
+                place: origin + turned(place),
+                normal: turned(normal),
+            }
         })
     });
     pairs.reduce(|most, next| if next.depth > most.depth { next } else { most })

@@ -22,7 +22,21 @@ pub enum Surface {
         /// Half edge lengths \[m\].
         half: Vec3<f64>,
     },
-    /// A hollow body of revolution about x.
+    /// A line on the x axis about the origin, thick by a radius.
+    Capsule {
+        /// Half length of the line \[m\].
+        half: f64,
+        /// Radius \[m\].
+        radius: f64,
+    },
+    /// A circle about x, thick by the radius of a tube.
+    Ring {
+        /// Radius of the circle \[m\].
+        radius: f64,
+        /// Radius of the tube \[m\].
+        tube: f64,
+    },
+    /// A body of revolution about x, hollow or solid.
     Revolved(Profile),
 }
 
@@ -33,6 +47,12 @@ impl Surface {
             Shape::Plane => Self::HalfSpace,
             Shape::Sphere { radius } => Self::Sphere { radius },
             Shape::Box { half } => Self::Box { half },
+            Shape::Capsule { radius, length, .. } => Self::Capsule { half: 0.5 * length, radius },
+            Shape::Ring { radius, tube, .. } => Self::Ring { radius, tube },
+            Shape::Cylinder { radius, length, .. } => {
+                Self::Revolved(Profile::solid([-0.5 * length, 0.5 * length], [radius; 2]))
+            }
+            Shape::Frustum { front, back, length, .. } => Self::Revolved(Profile::solid([0.0, length], [front, back])),
             Shape::Cone { mouth, bottom, depth } => {
                 Self::Revolved(Profile::polyline(&[[0.0, FAR], [0.0, mouth], [depth, bottom], [depth, 0.0]]))
             }
@@ -61,7 +81,8 @@ struct Segment {
     corner_sign: f64,
 }
 
-/// The outline of a solid of revolution, from the far rim of its front face inwards to the axis.
+/// The outline of a body of revolution: of a hollow one from the far rim of its front face inwards to the axis, of a
+/// solid one from the middle of its back to the middle of its front.
 #[derive(Clone, Debug)]
 pub struct Profile {
     segments: Vec<Segment>,
@@ -76,6 +97,12 @@ pub(crate) struct PlaneDistance<R> {
 }
 
 impl Profile {
+    /// The outline of a solid frustum between two ends, with their radii: walking from its back to its front, free space is
+    /// on the right hand.
+    fn solid([front, back]: [f64; 2], [narrow, wide]: [f64; 2]) -> Self {
+        Self::polyline(&[[back, 0.0], [back, wide], [front, narrow], [front, 0.0]])
+    }
+
     fn polyline(corners: &[[f64; 2]]) -> Self {
         let mut segments: Vec<Segment> = Vec::new();
         for pair in corners.windows(2) {

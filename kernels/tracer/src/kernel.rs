@@ -157,16 +157,16 @@ fn touches(plant: &Plant) -> String {
     for (function, side) in [("touch_space", "space"), ("touch_facility", "hil")] {
         let _ = write!(out, "\nfn {function}(pairs: Pairs, parts: Parts) -> Touch {{\n    var sum = no_touch();\n");
         for (index, contact) in plant.contacts.iter().enumerate() {
-            let (point, state) = (&plant.contact.points[contact.point], format!("{side}_contact_{index}"));
+            let (point, state) = (&contact.point, format!("{side}_contact_{index}"));
             let (r, law) = (point.position, contact.pair);
-            let [x, y, z, radius] = [r.x, r.y, r.z, point.radius].map(crate::wgsl::literal);
+            let [x, y, z, radius, share] = [r.x, r.y, r.z, point.radius, contact.share].map(crate::wgsl::literal);
             let stage = of_law("contact_point", law);
             let kept =
                 fields::<f64, PointState<f64>>().into_iter().map(|field| format!("c{index}.state_{}", field.name));
             let kept: Vec<String> = kept.collect();
             let _ = write!(
                 out,
-                "    let c{index} = {stage}(pairs.p{law}, parts, Point({x}, {y}, {z}, {radius}), {state});\n    \
+                "    let c{index} = {stage}(pairs.p{law}, parts, Point({x}, {y}, {z}, {radius}, {share}), {state});\n    \
                  {state} = PointState({});\n    \
                  sum = gather(sum, c{index});\n",
                 kept.join(", ")

@@ -1,9 +1,9 @@
 //! The nominal start of a run drawn to scale: side view, top view, and the two parts from near.
 
 use softdock_kernels::contact::overlap::{deepest_overlap, start_parts};
-use softdock_kernels::model::Shape;
+use softdock_kernels::model::{ContactPoint, Shape, Side};
 use softdock_kernels::params::Params;
-use softdock_kernels::plant::{Plant, PreparedSolid};
+use softdock_kernels::plant::{Plant, PointSource, PreparedSolid};
 use softdock_kernels::space::Parts;
 use softdock_kernels::vector::{Pose, Quat, Vec3, vec3};
 
@@ -128,17 +128,43 @@ impl<'a> Scene<'a> {
         Self { plant, parts, a, b, base, joints, target: b.compose(plant.seat.inverse()) }
     }
 
+    /// Pose of a part.
+    fn pose(&self, side: Side) -> Pose<f64> {
+        match side {
+            Side::A => self.a,
+            Side::B => self.b,
+        }
+    }
+
+    /// Solids of both parts with their poses.
+    fn solids(&self) -> impl Iterator<Item = (Side, &PreparedSolid, Pose<f64>)> {
+        let of = |side: Side| self.plant.solids[side as usize].iter().map(move |solid| (side, solid));
+        let all = Side::BOTH.into_iter().flat_map(of);
+        all.map(|(side, solid)| (side, solid, self.pose(side).compose(solid.solid.frame)))
+    }
+
+    /// Points of both parts besides those of their solids, with their places.
+    fn points(&self) -> impl Iterator<Item = (Side, usize, &ContactPoint, Vec3<f64>)> {
+        let of = |side: Side| self.plant.contact.part(side).points.iter().enumerate().map(move |own| (side, own));
+        let all = Side::BOTH.into_iter().flat_map(of);
+        all.map(|(side, (index, point))| (side, index, point, placed(self.pose(side), point.position)))
+    }
+
+    /// Name of a point or solid: the points of part A and the solids of part B count first.
+    fn name(&self, side: Side, source: PointSource) -> String {
+        let part = self.plant.contact.part(side);
+        let index = match (side, source) {
+            (Side::A, PointSource::Point(index)) | (Side::B, PointSource::Solid(index)) => index,
+            (Side::A, PointSource::Solid(index)) => part.points.len() + index,
+            (Side::B, PointSource::Point(index)) => part.solids.len() + index,
+        };
+        format!("{side:?}{}", index + 1)
+    }
+
     /// Radius within which the parts are: planes and the faces around holes have no end of their own \[m\].
     fn reach(&self) -> f64 {
-        let contact = &self.plant.contact;
-        let points = contact.points.iter().map(|point| point.position.norm() + point.radius);
-        let solids = contact.solids.iter().map(|solid| match solid.shape {
-            Shape::Plane => 0.0,
-            Shape::Sphere { radius } => radius,
-            Shape::Box { half } => half.norm(),
-            Shape::Cone { mouth, depth, .. } => mouth.max(depth),
-            Shape::Bore { radius, depth, chamfer } => (radius + chamfer).max(depth),
-        });
+        let points = self.points().map(|(_, _, point, _)| point.position.norm() + point.radius);
+        let solids = self.solids().map(|(_, solid, _)| solid.solid.shape.reach());
         points.chain(solids).fold(0.02, f64::max)
     }
 
@@ -152,14 +178,11 @@ impl<'a> Scene<'a> {
 
     /// Points that the view of the parts must show.
     fn near_points(&self) -> Vec<Vec3<f64>> {
-        let contact = &self.plant.contact;
-        let spheres = contact.points.iter().flat_map(|point| extent(placed(self.a, point.position), point.radius));
+        let spheres = self.points().flat_map(|(_, _, point, place)| extent(place, point.radius));
         let mut points: Vec<Vec3<f64>> = spheres.chain([self.a.position, self.b.position]).collect();
-        for solid in &self.plant.solids {
-            let frame = self.b.compose(solid.solid.frame);
+        for (_, solid, frame) in self.solids() {
             match solid.solid.shape {
                 Shape::Plane => points.extend(extent(frame.position, 0.6 * self.reach())),
-                Shape::Sphere { radius } => points.extend(extent(frame.position, radius)),
                 Shape::Box { half } => points.extend(corners(half).map(|corner| placed(frame, corner))),
                 Shape::Cone { .. } | Shape::Bore { .. } => {
                     let hole = hole(solid);
@@ -167,6 +190,17 @@ impl<'a> Scene<'a> {
                         .iter()
                         .flat_map(|[along, radius]| extent(placed(frame, vec3(*along, 0.0, 0.0)), RIM * radius));
                     points.extend(circles);
+                }
+                Shape::Sphere { .. }
+                | Shape::Capsule { .. }
+                | Shape::Cylinder { .. }
+                | Shape::Frustum { .. }
+                | Shape::Ring { .. } => {
+                    let [front, back] = solid.solid.shape.ends();
+                    let radius = solid.solid.shape.across();
+                    points.extend(
+                        [front, back].into_iter().flat_map(|x| extent(placed(frame, vec3(x, 0.0, 0.0)), radius)),
+                    );
                 }
             }
         }
@@ -182,9 +216,9 @@ impl<'a> Scene<'a> {
         let arm: Vec<Vec3<f64>> =
             [self.base.position].into_iter().chain(self.joints.iter().copied()).chain([self.a.position]).collect();
         view.path(&[self.target.position, self.b.position], false, &Pen::line(PART_B, 2.2));
-        self.draw_part_b(view);
+        self.draw_part(view, Side::B);
         view.path(&arm, false, &body);
-        self.draw_part_a(view);
+        self.draw_part(view, Side::A);
         for joint in &self.joints {
             view.dot(*joint, 3.5, &Pen { fill: Some((colour::PAPER, 1.0)), ..Pen::line(ARM, 1.4) });
         }
@@ -203,26 +237,22 @@ impl<'a> Scene<'a> {
 
     /// The parts with frames, latch, approach and least distance.
     fn draw_near(&self, view: &mut View) {
-        self.draw_part_b(view);
-        self.draw_part_a(view);
+        self.draw_part(view, Side::B);
+        self.draw_part(view, Side::A);
         let (a, b) = (self.a, self.b);
         axes(view, a, 34.0);
         axes(view, b, 34.0);
         let velocity = self.parts.a.velocity - self.parts.b.velocity;
         if velocity.norm() > 0.0 {
             let direction = velocity * (1.0 / velocity.norm());
-            let points = &self.plant.contact.points;
-            let radius = points.iter().map(|point| point.radius).fold(0.0, f64::max);
+            let radius = self.points().map(|(_, _, point, _)| point.radius).fold(0.0, f64::max);
             let from = a.position - vec3(0.0, 0.0, radius + view.metres(18.0));
             view.arrow(from, direction, 70.0, &Pen::line(VELOCITY, 2.4));
             view.label(from, with_unit(velocity.norm() * 1e3, "mm/s"), VELOCITY);
         }
         if let Some(pair) = deepest_overlap(self.plant, &self.parts) {
-            // From the sphere's deepest point along its normal to the surface.
-            let centre = placed(a, self.plant.contact.points[pair.point].position);
-            let centre = b.attitude.rotate_back(centre - b.position);
-            let normal = (centre - pair.place) * (1.0 / (centre - pair.place).norm().max(1e-12));
-            let ends = [pair.place, pair.place + normal * pair.depth].map(|end| placed(b, end));
+            // From the sphere's deepest point along the normal to the surface.
+            let ends = [pair.place, pair.place + pair.normal * pair.depth].map(|end| placed(b, end));
             view.path(&ends, false, &Pen::line(AXES[0], 1.4).dashed());
         }
         if let Some(latch) = &self.plant.contact.latch {
@@ -232,12 +262,12 @@ impl<'a> Scene<'a> {
             view.label(seat, "seat", LATCH);
             view.label(point, "latch point", LATCH);
         }
-        for (index, point) in self.plant.contact.points.iter().enumerate() {
-            view.label(placed(a, point.position), format!("A{}", index + 1), PART_A);
+        for (side, index, _, place) in self.points() {
+            view.label(place, self.name(side, PointSource::Point(index)), ink(side));
         }
-        for (index, solid) in self.plant.solids.iter().enumerate() {
-            let place = self.b.compose(solid.solid.frame);
-            view.label(placed(place, vec3(self.name_place(solid), 0.0, 0.0)), format!("B{}", index + 1), PART_B);
+        for (side, solid, frame) in self.solids() {
+            let place = placed(frame, vec3(self.name_place(solid), 0.0, 0.0));
+            view.label(place, self.name(side, PointSource::Solid(solid.index)), ink(side));
         }
     }
 
@@ -245,34 +275,41 @@ impl<'a> Scene<'a> {
     fn name_place(&self, solid: &PreparedSolid) -> f64 {
         match solid.solid.shape {
             Shape::Plane => 0.05 * self.reach(),
-            Shape::Sphere { .. } | Shape::Box { .. } => 0.0,
+            Shape::Sphere { .. }
+            | Shape::Box { .. }
+            | Shape::Capsule { .. }
+            | Shape::Cylinder { .. }
+            | Shape::Frustum { .. }
+            | Shape::Ring { .. } => 0.0,
             Shape::Cone { depth, .. } | Shape::Bore { depth, .. } => depth + 0.06 * self.reach(),
         }
     }
 
-    fn draw_part_a(&self, view: &mut View) {
-        let pen = Pen::line(PART_A, 1.2).filled(0.25);
-        for (index, point) in self.plant.contact.points.iter().enumerate() {
-            view.sphere(placed(self.a, point.position), point.radius, &pen, &format!("A{}", index + 1));
-        }
-    }
-
-    fn draw_part_b(&self, view: &mut View) {
-        for solid in &self.plant.solids {
-            let frame = self.b.compose(solid.solid.frame);
+    fn draw_part(&self, view: &mut View, side: Side) {
+        let ink = ink(side);
+        for (_, solid, frame) in self.solids().filter(|own| own.0 == side) {
             match solid.solid.shape {
                 Shape::Sphere { radius } => {
-                    view.sphere(frame.position, radius, &Pen::line(PART_B, 1.6).filled(0.2), "");
+                    view.sphere(frame.position, radius, &Pen::line(ink, 1.6).filled(0.2), "");
                 }
-                Shape::Box { half } => draw_box(view, frame, half),
-                Shape::Plane => draw_face(view, frame, &[[0.0, 1.5 * self.reach()], [0.0, 0.0]], 1.5 * self.reach()),
+                Shape::Box { half } => draw_box(view, frame, half, ink),
+                Shape::Plane => {
+                    draw_face(view, frame, &[[0.0, 1.5 * self.reach()], [0.0, 0.0]], 1.5 * self.reach(), ink);
+                }
                 Shape::Cone { .. } | Shape::Bore { .. } => {
                     let hole = hole(solid);
                     let mouth = hole.iter().map(|[_, radius]| *radius).fold(0.0, f64::max);
                     let outline: Vec<[f64; 2]> = [[0.0, RIM * mouth]].into_iter().chain(hole).collect();
-                    draw_face(view, frame, &outline, RIM * mouth);
+                    draw_face(view, frame, &outline, RIM * mouth, ink);
+                }
+                Shape::Capsule { .. } | Shape::Cylinder { .. } | Shape::Frustum { .. } | Shape::Ring { .. } => {
+                    draw_round(view, frame, &solid.solid.shape, ink);
                 }
             }
+        }
+        let pen = Pen::line(ink, 1.2).filled(0.25);
+        for (_, index, point, place) in self.points().filter(|own| own.0 == side) {
+            view.sphere(place, point.radius, &pen, &self.name(side, PointSource::Point(index)));
         }
     }
 
@@ -286,14 +323,21 @@ impl<'a> Scene<'a> {
         };
         let line = |pen: Pen| move |out: &mut String, y: f64| path(out, &[[left, y], [left + 28.0, y]], false, &pen);
         let dot = |pen: Pen| move |out: &mut String, y: f64| circle(out, [left + 14.0, y], 5.0, &pen, "");
-        let points = self.plant.contact.points.len();
-        let names = match points {
-            1 => "A1".to_owned(),
-            2 => "A1, A2".to_owned(),
-            _ => format!("A1 to A{points}"),
+        let names = |side: Side| {
+            let part = self.plant.contact.part(side);
+            match part.points.len() + part.solids.len() {
+                1 => format!("{side:?}1"),
+                2 => format!("{side:?}1, {side:?}2"),
+                count => format!("{side:?}1 to {side:?}{count}"),
+            }
         };
-        row(out, &dot(Pen::line(PART_A, 1.2).filled(0.25)), &format!("part A: contact points {names}, true radius"));
-        row(out, &line(Pen::line(PART_B, 2.2)), "part B: surface of its solids (material shaded), on the target");
+        let words = format!("part A: contact points and solids {}, true size", names(Side::A));
+        row(out, &dot(Pen::line(PART_A, 1.2).filled(0.25)), &words);
+        row(
+            out,
+            &line(Pen::line(PART_B, 2.2)),
+            &format!("part B: {} (material shaded), on the target", names(Side::B)),
+        );
         let arm = if self.joints.is_empty() { "base to part A" } else { "base to part A over the joints J of the arm" };
         row(out, &line(Pen::line(ARM, 2.2)), arm);
         let centres = "centres of mass of base and target";
@@ -324,7 +368,8 @@ impl<'a> Scene<'a> {
         if let Some(pair) = deepest_overlap(self.plant, &self.parts) {
             let size = with_unit(pair.depth.abs() * 1e3, "mm");
             let word = if pair.depth > 0.0 { "greatest overlap" } else { "least distance" };
-            let words = format!("{word} {size}: A{} and B{}", pair.point + 1, pair.solid + 1);
+            let (point, solid) = (self.name(pair.side, pair.source), PointSource::Solid(pair.solid));
+            let words = format!("{word} {size}: {point} and {}", self.name(pair.side.other(), solid));
             row(out, &line(Pen::line(AXES[0], 1.4).dashed()), &words);
         }
         let gap = (self.b.position - self.a.position).map(|length| with_unit((length * 1e4).round() / 10.0, "mm"));
@@ -348,7 +393,7 @@ fn hole(solid: &PreparedSolid) -> Vec<[f64; 2]> {
         Shape::Bore { radius, depth, chamfer } => {
             vec![[0.0, radius + chamfer], [chamfer, radius], [depth, radius], [depth, 0.0]]
         }
-        Shape::Plane | Shape::Sphere { .. } | Shape::Box { .. } => Vec::new(),
+        _ => Vec::new(),
     }
 }
 
@@ -360,28 +405,72 @@ fn corners(half: Vec3<f64>) -> [Vec3<f64>; 8] {
     })
 }
 
+/// Colour of a part.
+fn ink(side: Side) -> RGBColor {
+    match side {
+        Side::A => PART_A,
+        Side::B => PART_B,
+    }
+}
+
+/// A circle about the x axis of a frame.
+fn circle_about_x(frame: Pose<f64>, along: f64, radius: f64) -> Vec<Vec3<f64>> {
+    let turn = |step: u32| (f64::from(step) * std::f64::consts::TAU / 60.0).sin_cos();
+    (0..60).map(turn).map(|(sin, cos)| placed(frame, vec3(along, radius * cos, radius * sin))).collect()
+}
+
+/// A solid round about x: its circles at both ends, and lines between them.
+fn draw_round(view: &mut View, frame: Pose<f64>, shape: &Shape, ink: RGBColor) {
+    let (pen, thin) = (Pen::line(ink, 1.6), Pen::line(ink, 1.0).filled(0.08));
+    let ends = match *shape {
+        Shape::Capsule { radius, length, .. } => {
+            for x in [-0.5 * length, 0.5 * length] {
+                view.sphere(placed(frame, vec3(x, 0.0, 0.0)), radius, &thin, "");
+            }
+            [[-0.5 * length, radius], [0.5 * length, radius]]
+        }
+        Shape::Cylinder { radius, length, .. } => [[-0.5 * length, radius], [0.5 * length, radius]],
+        Shape::Frustum { front, back, length, .. } => [[0.0, front], [length, back]],
+        Shape::Ring { radius, tube, .. } => [[0.0, radius - tube], [0.0, radius + tube]],
+        _ => return,
+    };
+    let [front, back] = ends.map(|[x, radius]| circle_about_x(frame, x, radius));
+    view.path(&front, true, &thin);
+    view.path(&back, true, &thin);
+    for index in (0..front.len()).step_by(5) {
+        view.path(&[front[index], back[index]], false, &Pen::line(ink, 0.5));
+    }
+    // The outline: the lines between the circles that are farthest apart across the view.
+    let toward = frame.attitude.rotate_back(view.plane.normal());
+    let across = vec3(0.0, -toward.z, toward.y);
+    if across.norm() > 0.1 && !matches!(shape, Shape::Ring { .. }) {
+        let across = across * (1.0 / across.norm());
+        for side in [-1.0, 1.0] {
+            let at = |[x, radius]: [f64; 2]| placed(frame, vec3(x, 0.0, 0.0) + across * (side * radius));
+            view.path(&ends.map(at), false, &pen);
+        }
+    }
+}
+
 /// The faces of a box.
-fn draw_box(view: &mut View, frame: Pose<f64>, half: Vec3<f64>) {
+fn draw_box(view: &mut View, frame: Pose<f64>, half: Vec3<f64>, ink: RGBColor) {
     let corners = corners(half).map(|corner| placed(frame, corner));
     let faces = [[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]];
     for face in faces {
-        view.path(&face.map(|corner| corners[corner]), true, &Pen::line(PART_B, 1.4).filled(0.08));
+        view.path(&face.map(|corner| corners[corner]), true, &Pen::line(ink, 1.4).filled(0.08));
     }
 }
 
 /// A half space behind a face with an outline (axis, radius) around the x axis, cut off at a radius.
 ///
 /// Seen along its axis it is drawn as circles, else as the section through the axis that faces the viewer.
-fn draw_face(view: &mut View, frame: Pose<f64>, outline: &[[f64; 2]], rim: f64) {
-    let surface = Pen::line(PART_B, 2.0);
+fn draw_face(view: &mut View, frame: Pose<f64>, outline: &[[f64; 2]], rim: f64, ink: RGBColor) {
+    let surface = Pen::line(ink, 2.0);
     let toward = frame.attitude.rotate_back(view.plane.normal());
     let across = vec3(0.0, -toward.z, toward.y);
-    let circle = |along: f64, radius: f64| -> Vec<Vec3<f64>> {
-        let turn = |step: u32| (f64::from(step) * std::f64::consts::TAU / 60.0).sin_cos();
-        (0..60).map(turn).map(|(sin, cos)| placed(frame, vec3(along, radius * cos, radius * sin))).collect()
-    };
+    let circle = |along: f64, radius: f64| circle_about_x(frame, along, radius);
     for [along, radius] in outline.iter().filter(|[_, radius]| *radius > 0.0 && *radius < rim) {
-        view.path(&circle(*along, *radius), true, &Pen::line(PART_B, 0.7));
+        view.path(&circle(*along, *radius), true, &Pen::line(ink, 0.7));
     }
     if across.norm() < 0.1 {
         view.path(&circle(0.0, rim), true, &surface);
@@ -396,7 +485,7 @@ fn draw_face(view: &mut View, frame: Pose<f64>, outline: &[[f64; 2]], rim: f64) 
     let points: Vec<Vec3<f64>> = section.iter().copied().map(at).collect();
     let behind = [(back, -rim), (back, rim)].map(at);
     let material: Vec<Vec3<f64>> = points.iter().copied().chain(behind).collect();
-    view.path(&material, true, &Pen::line(PART_B, 0.0).filled(0.15));
+    view.path(&material, true, &Pen::line(ink, 0.0).filled(0.15));
     view.path(&points, false, &surface);
 }
 
@@ -404,7 +493,7 @@ fn draw_face(view: &mut View, frame: Pose<f64>, outline: &[[f64; 2]], rim: f64) 
 mod tests {
     use super::*;
     use softdock_campaign::load_scenario;
-    use softdock_kernels::model::{ContactPoint, Model, Solid};
+    use softdock_kernels::model::{Model, Solid};
     use std::path::Path;
 
     fn model() -> Model {
@@ -437,7 +526,7 @@ mod tests {
             for shape in shapes {
                 let mut model = model();
                 let frame = Pose { position: vec3(0.0, 0.1, 0.0), attitude: Quat::from_rotation_vector(turn) };
-                model.contact.solids = vec![Solid { frame, shape }];
+                model.contact.b.solids = vec![Solid { frame, shape }];
                 let svg = drawn(model);
                 assert!(!svg.contains("NaN") && !svg.contains("inf"), "{shape:?}");
                 assert!(svg.contains("B1"), "{shape:?}");
@@ -450,7 +539,7 @@ mod tests {
         let mut model = model();
         let radii = [0.025, 0.05, 0.0];
         let point = |radius: f64| ContactPoint { position: Vec3::zero(), radius };
-        model.contact.points = radii.map(point).to_vec();
+        model.contact.a.points = radii.map(point).to_vec();
         let svg = drawn(model);
         let near = svg.rsplit("the two parts").next().expect("the last view");
         let radius = |name: &str| -> f64 {

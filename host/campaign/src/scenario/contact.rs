@@ -3,16 +3,19 @@
 use super::{GATE_ANGLE, GATE_SIZE};
 use crate::check::{Checker, span_of, take_parameters};
 use crate::mobility::effective_mass;
+use crate::overlap::without_robots;
 use crate::written::scenario::{ContactTable, LatchTable, LawKeys, PointTable, ScenarioFile, SolidTable, StartTable};
 use crate::written::{At, Quantities};
 use softdock_kernels::contact::common_pair;
 use softdock_kernels::material::{NormalLaw, Pair};
-use softdock_kernels::model::{Contact, ContactPoint, Latch, MaterialPair, Model, Shape, Solid};
+use softdock_kernels::model::{Contact, ContactPoint, Latch, MaterialPair, Members, Model, PartShape, Shape, Solid};
 use softdock_kernels::params::Params;
+use softdock_kernels::plant::part_points;
 use softdock_kernels::range::{LENGTH, Range, SPEED};
 use softdock_kernels::vector::vec3;
+use std::collections::BTreeSet;
 
-/// Most contact points and solids: every point meets every solid in every substep.
+/// Most contact points and solids of a part: every point meets every solid of the other in every substep.
 const MOST_POINTS: usize = 256;
 const MOST_SOLIDS: usize = 16;
 
@@ -34,18 +37,11 @@ pub(crate) fn read(c: &mut Checker, file: &ScenarioFile, p: &mut Params<f64>) ->
     let table = &file.contact.value;
     let (law, pair) = law(c, table.law(), p.closing_speed);
     store(&pair, p);
-    let (points, solids) = (&file.part_a.point, &file.part_b.solid);
-    for (span, count, most, what) in [
-        (&points.span, points.value.len(), MOST_POINTS, "contact points"),
-        (&solids.span, solids.value.len(), MOST_SOLIDS, "solids"),
-    ] {
-        if !(1..=most).contains(&count) {
-            c.refuse(span, format!("{count} {what}"), format!("give 1 to {most} {what}"));
-        }
-    }
+    let a = part(c, "part_a", &file.part_a.point, &file.part_a.solid);
+    let b = part(c, "part_b", &file.part_b.point, &file.part_b.solid);
     Contact {
-        points: points.value.iter().map(|table| point(c, table)).collect(),
-        solids: solids.value.iter().map(|table| solid(c, table)).collect(),
+        a,
+        b,
         law,
         pairs: pairs(c, file, p.closing_speed),
         bilateral: table.bilateral.unwrap_or(false),
@@ -53,10 +49,39 @@ pub(crate) fn read(c: &mut Checker, file: &ScenarioFile, p: &mut Params<f64>) ->
     }
 }
 
+fn part(c: &mut Checker, table: &str, points: &[PointTable], solids: &[SolidTable]) -> PartShape {
+    let part = PartShape {
+        points: points.iter().map(|table| point(c, table)).collect(),
+        solids: solids.iter().map(|table| solid(c, table)).collect(),
+    };
+    let all = part_points(&part).len();
+    for (count, most, what) in [(all, MOST_POINTS, "contact points"), (part.solids.len(), MOST_SOLIDS, "solids")] {
+        if count > most {
+            let span = c.source.span_of(table);
+            c.refuse(
+                &span,
+                format!("{count} {what}, those of the solids among them"),
+                format!("{most} {what} at most"),
+            );
+        }
+    }
+    part
+}
+
+/// Refuses parts that can never touch.
+pub(crate) fn check_contacts(c: &mut Checker, m: &Model) {
+    if !without_robots(m).contacts.is_empty() {
+        return;
+    }
+    let span = c.source.span_of("part_b");
+    let message = "no contact point of one part meets a solid of the other";
+    c.refuse(&span, message, "add a [[part_a.point]] or [[part_a.solid]], and a [[part_b.solid]]");
+}
+
 /// The material pairs. Damping by restitution and the default of the bristle's damping follow in [`complete`].
 fn pairs(c: &mut Checker, file: &ScenarioFile, closing_speed: f64) -> Vec<MaterialPair> {
-    let points: Vec<_> = file.part_a.point.value.iter().map(|point| point.name.as_ref()).collect();
-    let solids: Vec<_> = file.part_b.solid.value.iter().map(|solid| solid.name.as_ref()).collect();
+    let (a, b) = (&file.part_a, &file.part_b);
+    let (a, b) = (Names::of("part_a", &a.point, &a.solid), Names::of("part_b", &b.point, &b.solid));
     let mut pairs: Vec<MaterialPair> = Vec::new();
     for table in &file.contact.value.pair {
         let (law, pair) = law(c, table.law(), closing_speed);
@@ -68,41 +93,62 @@ fn pairs(c: &mut Checker, file: &ScenarioFile, closing_speed: f64) -> Vec<Materi
             adhesion: take(&table.adhesion, "contact_adhesion", 0.0),
             ..pair
         };
-        let points = named(c, table.a.as_deref(), &points, "part_a.point");
-        let solids = named(c, table.b.as_deref(), &solids, "part_b.solid");
-        let row = MaterialPair { points, solids, law, properties };
-        let meets = |a: &[usize], b: &[usize]| a.iter().any(|own| b.contains(own));
-        if let Some(other) =
-            pairs.iter().position(|other| meets(&other.points, &row.points) && meets(&other.solids, &row.solids))
-        {
-            let message = format!("a point and a solid of this pair are in `[[contact.pair]]` {} too", other + 1);
-            c.refuse(&table.law.span, message, "name other points in `a` or other solids in `b`");
+        let row =
+            MaterialPair { a: a.members(c, table.a.as_deref()), b: b.members(c, table.b.as_deref()), law, properties };
+        if let Some(other) = pairs.iter().position(|other| meet(&row.a, &other.a) && meet(&row.b, &other.b)) {
+            let message = format!("what this pair names is together in `[[contact.pair]]` {} too", other + 1);
+            c.refuse(&table.law.span, message, "name other points or solids in `a` or `b`");
         }
         pairs.push(row);
     }
     pairs
 }
 
-/// Indices of what has one of the names, or of everything.
-fn named(c: &mut Checker, names: Option<&[At<String>]>, all: &[Option<&At<String>>], key: &str) -> Vec<usize> {
-    let Some(names) = names else { return (0..all.len()).collect() };
-    let mut found = Vec::new();
-    for name in names {
-        let is_named = |own: &Option<&At<String>>| own.is_some_and(|own| own.value == name.value);
-        let own: Vec<usize> = (0..all.len()).filter(|index| is_named(&all[*index])).collect();
-        if own.is_empty() {
-            let known: Vec<&str> = all.iter().flatten().map(|own| own.value.as_str()).collect();
-            let remedy = match known.is_empty() {
-                true => format!("write name = \"{}\" in a [[{key}]]", name.value),
-                false => format!("write one of: {}", known.join(", ")),
-            };
-            c.refuse(&name.span, format!("no [[{key}]] has the name `{}`", name.value), remedy);
+fn meet(one: &Members, other: &Members) -> bool {
+    let any = |one: &[usize], other: &[usize]| one.iter().any(|own| other.contains(own));
+    any(&one.points, &other.points) || any(&one.solids, &other.solids)
+}
+
+/// Names of a part's points and solids.
+struct Names<'a> {
+    table: &'static str,
+    points: Vec<Option<&'a At<String>>>,
+    solids: Vec<Option<&'a At<String>>>,
+}
+
+impl<'a> Names<'a> {
+    fn of(table: &'static str, points: &'a [PointTable], solids: &'a [SolidTable]) -> Self {
+        Self {
+            table,
+            points: points.iter().map(|point| point.name.as_ref()).collect(),
+            solids: solids.iter().map(|solid| solid.name.as_ref()).collect(),
         }
-        found.extend(own);
     }
-    found.sort_unstable();
-    found.dedup();
-    found
+
+    /// What has one of the names, or everything.
+    fn members(&self, c: &mut Checker, names: Option<&[At<String>]>) -> Members {
+        let Some(names) = names else {
+            return Members { points: (0..self.points.len()).collect(), solids: (0..self.solids.len()).collect() };
+        };
+        let is_named = |own: &Option<&At<String>>, name: &str| own.is_some_and(|own| own.value == name);
+        for name in names {
+            if self.points.iter().chain(&self.solids).any(|own| is_named(own, &name.value)) {
+                continue;
+            }
+            let known: BTreeSet<&str> =
+                self.points.iter().chain(&self.solids).flatten().map(|own| &*own.value).collect();
+            let known = known.into_iter().collect::<Vec<_>>().join(", ");
+            let remedy = match known.is_empty() {
+                true => format!("write name = \"{}\" in a point or solid of {}", name.value, self.table),
+                false => format!("write one of: {known}"),
+            };
+            c.refuse(&name.span, format!("nothing of {} has the name `{}`", self.table, name.value), remedy);
+        }
+        let of = |all: &[Option<&At<String>>]| -> Vec<usize> {
+            (0..all.len()).filter(|index| names.iter().any(|name| is_named(&all[*index], &name.value))).collect()
+        };
+        Members { points: of(&self.points), solids: of(&self.solids) }
+    }
 }
 
 /// Writes the properties that the parameters of a run have.
@@ -228,9 +274,18 @@ enum Kind {
     Plane,
     Sphere,
     Box,
+    Capsule,
+    Cylinder,
+    Frustum,
+    Ring,
     Cone,
     Bore,
 }
+
+/// Contact points of a rim or a ring, unless stated, and of a capsule; the most of one.
+const RIM_POINTS: usize = 16;
+const CAPSULE_POINTS: usize = 2;
+const MOST_RIM_POINTS: u64 = 64;
 
 fn solid(c: &mut Checker, table: &SolidTable) -> Solid {
     let kind = c.choice(
@@ -239,6 +294,10 @@ fn solid(c: &mut Checker, table: &SolidTable) -> Solid {
             ("plane", Kind::Plane),
             ("sphere", Kind::Sphere),
             ("box", Kind::Box),
+            ("capsule", Kind::Capsule),
+            ("cylinder", Kind::Cylinder),
+            ("frustum", Kind::Frustum),
+            ("ring", Kind::Ring),
             ("cone", Kind::Cone),
             ("bore", Kind::Bore),
         ],
@@ -246,7 +305,12 @@ fn solid(c: &mut Checker, table: &SolidTable) -> Solid {
     let is = |kinds: &[Kind]| kinds.contains(&kind);
     let needs = |name, span, kinds: &[Kind]| (name, span, is(kinds), is(kinds));
     let keys = [
-        needs("radius", span_of(&table.radius), &[Kind::Sphere, Kind::Bore]),
+        needs("radius", span_of(&table.radius), &[Kind::Sphere, Kind::Capsule, Kind::Cylinder, Kind::Ring, Kind::Bore]),
+        needs("length", span_of(&table.length), &[Kind::Capsule, Kind::Cylinder, Kind::Frustum]),
+        needs("front", span_of(&table.front), &[Kind::Frustum]),
+        needs("back", span_of(&table.back), &[Kind::Frustum]),
+        needs("tube", span_of(&table.tube), &[Kind::Ring]),
+        ("points", span_of(&table.points), is(&[Kind::Capsule, Kind::Cylinder, Kind::Frustum, Kind::Ring]), false),
         needs("size", span_of(&table.size), &[Kind::Box]),
         needs("mouth", span_of(&table.mouth), &[Kind::Cone]),
         needs("bottom", span_of(&table.bottom), &[Kind::Cone]),
@@ -259,6 +323,14 @@ fn solid(c: &mut Checker, table: &SolidTable) -> Solid {
     let mut number = |written| c.number_or(written, 1.0, "m", size);
     let (radius, mouth, bottom, depth) =
         (number(&table.radius), number(&table.mouth), number(&table.bottom), number(&table.depth));
+    let (length, front, back, tube) =
+        (number(&table.length), number(&table.front), number(&table.back), number(&table.tube));
+    let least = if kind == Kind::Capsule { 2 } else { 4 };
+    let points = table.points.as_ref().map(|written| c.count(written, least, MOST_RIM_POINTS) as usize);
+    let points = points.unwrap_or(if kind == Kind::Capsule { CAPSULE_POINTS } else { RIM_POINTS });
+    if let (Kind::Ring, Some(written)) = (kind, table.tube.as_ref().filter(|_| complete && tube >= radius)) {
+        c.refuse(&written.span, "the tube is not thinner than the ring", "write a tube below the radius");
+    }
     let chamfer = c.number_or(&table.chamfer, 0.0, "m", Range::within(0.0, depth));
     if let (true, Kind::Cone, Some(written)) = (complete && bottom >= mouth, kind, &table.bottom) {
         let message = "the bottom is not narrower than the mouth";
@@ -271,6 +343,10 @@ fn solid(c: &mut Checker, table: &SolidTable) -> Solid {
             let half = table.size.as_ref().map_or(vec3(0.5, 0.5, 0.5), |edges| c.vector(edges, "m", size) * 0.5);
             Shape::Box { half }
         }
+        Kind::Capsule => Shape::Capsule { radius, length, points },
+        Kind::Cylinder => Shape::Cylinder { radius, length, points },
+        Kind::Frustum => Shape::Frustum { front, back, length, points },
+        Kind::Ring => Shape::Ring { radius, tube, points },
         Kind::Cone => Shape::Cone { mouth, bottom, depth },
         Kind::Bore => Shape::Bore { radius, depth, chamfer },
     };

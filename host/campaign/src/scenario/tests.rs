@@ -54,7 +54,7 @@ fn a_free_body_compiles() {
     assert_eq!(m.base_pose.position, vec3(-0.15, 0.0, 0.0));
     assert_eq!(m.target_pose.position, vec3(0.0, 0.0, 0.0));
     assert_eq!(m.contact.law, NormalLaw::Linear);
-    assert_eq!(m.contact.solids[0].shape, Shape::Plane);
+    assert_eq!(m.contact.b.solids[0].shape, Shape::Plane);
     assert_eq!((m.nominal.base_mass, m.nominal.closing_speed), (400.0, 0.05));
     assert_eq!(m.nominal.loop_delay, m.timing.own_delay());
     assert!((m.nominal.bristle_stiffness - 2e5 / 3.0).abs() < 1e-9);
@@ -215,7 +215,7 @@ const WALL: &str = "a = [\"ball\"]\nb = [\"wall\"]\n";
 fn a_pair_has_its_own_law_and_properties() {
     let of = |text: &str| scenario(&with_pair(&format!("{WALL}{text}"))).expect("valid").model.contact.pairs[0].clone();
     let row = of("law = \"linear\"\nstiffness = \"2e4 N/m\"\nrestitution = 0.744079\nfriction = 0.2\nstribeck = 0.4");
-    assert_eq!((row.points, row.solids), (vec![0], vec![0]));
+    assert_eq!((row.a.points, row.b.solids), (vec![0], vec![0]));
     // zeta = 0.1 on 200 kg.
     assert!((row.properties.damping - 0.2 * (2e4_f64 * 200.0).sqrt()).abs() < 0.1);
     assert_eq!((row.properties.friction, row.properties.stribeck, row.properties.stribeck_speed), (0.2, 0.4, 0.01));
@@ -248,10 +248,10 @@ fn faults_of_a_pair_come_with_line_and_remedy() {
     let first = |text: &str| scenario(&with_pair(text)).expect_err("refused").iter().next().expect("one").clone();
     let law = "law = \"linear\"\nstiffness = \"1e4 N/m\"\n";
     let problem = first(&format!("a = [\"bal\"]\n{law}"));
-    assert!(problem.message.contains("no [[part_a.point]] has the name `bal`"), "{}", problem.message);
+    assert!(problem.message.contains("nothing of part_a has the name `bal`"), "{}", problem.message);
     assert!(problem.remedy.contains("write one of: ball"), "{:?}", problem.remedy);
     let problem = first(&format!("{WALL}{law}[[contact.pair]]\n{law}"));
-    assert!(problem.message.contains("are in `[[contact.pair]]` 1 too"), "{}", problem.message);
+    assert!(problem.message.contains("is together in `[[contact.pair]]` 1 too"), "{}", problem.message);
     let problem = first(&format!("{WALL}{law}stroke = \"1 mm\""));
     assert!(problem.message.contains("`linear` does not take the key `stroke`"), "{}", problem.message);
     let problem = first(&format!("{WALL}law = \"stop\"\nstiffness = \"1e4 N/m\"\nstroke = \"1 mm\""));
@@ -261,4 +261,26 @@ fn faults_of_a_pair_come_with_line_and_remedy() {
     let problem = first(&format!("{WALL}law = \"linear\"\nstiffness = \"1e9 N/m\""));
     assert!(problem.message.contains("contact pair 1"), "{}", problem.message);
     assert_eq!(problem.key, "contact.pair[1].stiffness");
+}
+
+#[test]
+fn both_parts_have_points_and_solids() {
+    let text = FREE_BODY
+        .replace(
+            "[target]",
+            "[[part_a.solid]]\nname = \"pin\"\nshape = \"capsule\"\nradius = \"5 mm\"\nlength = \"60 mm\"\n[target]",
+        )
+        .replace("[contact]", "[[part_b.point]]\nname = \"tip\"\nposition = [\"0 m\", \"0.5 m\", \"0 m\"]\n[contact]")
+        .replace(
+            "[start]",
+            "[[contact.pair]]\na = [\"pin\"]\nb = [\"tip\"]\nlaw = \"linear\"\nstiffness = \"1e4 N/m\"\n[start]",
+        );
+    let m = scenario(&text).expect("valid").model;
+    assert_eq!(m.contact.a.solids[0].shape, Shape::Capsule { radius: 0.005, length: 0.06, points: 2 });
+    assert_eq!((m.contact.pairs[0].a.solids.clone(), m.contact.pairs[0].b.points.clone()), (vec![0], vec![0]));
+    // The ball and both ends of the pin on the plane; the tip on the pin.
+    assert_eq!(crate::overlap::without_robots(&m).contacts.len(), 4);
+    let alone = FREE_BODY.replace("[[part_a.point]]\nposition = [\"0 m\", \"0 m\", \"0 m\"]\nradius = \"100 mm\"", "");
+    let problems = scenario(&alone).expect_err("no points").to_string();
+    assert!(problems.contains("no contact point of one part meets a solid of the other"), "{problems}");
 }

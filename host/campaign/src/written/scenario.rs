@@ -141,8 +141,12 @@ pub(crate) struct PartATable {
     pub(crate) position: Option<Quantities>,
     /// Attitude of part A's frame in that link as roll, pitch, yaw.
     pub(crate) rotation: Option<Quantities>,
-    /// Contact points.
-    pub(crate) point: At<Vec<PointTable>>,
+    /// Contact points besides those of its solids.
+    #[serde(default)]
+    pub(crate) point: Vec<PointTable>,
+    /// Solids; the part is their union.
+    #[serde(default)]
+    pub(crate) solid: Vec<SolidTable>,
 }
 
 /// A contact point: a sphere, or a point if the radius is zero.
@@ -151,7 +155,7 @@ pub(crate) struct PartATable {
 pub(crate) struct PointTable {
     /// Name in the pairs of [[contact.pair]]; points may share one.
     pub(crate) name: Option<At<String>>,
-    /// Centre in part A's frame.
+    /// Centre in the part's frame.
     pub(crate) position: Quantities,
     /// Radius; default zero.
     pub(crate) radius: Option<Quantity>,
@@ -179,8 +183,12 @@ pub(crate) struct PartBTable {
     pub(crate) position: Option<Quantities>,
     /// Attitude of part B's frame in the target's body frame as roll, pitch, yaw.
     pub(crate) rotation: Option<Quantities>,
+    /// Contact points besides those of its solids.
+    #[serde(default)]
+    pub(crate) point: Vec<PointTable>,
     /// Solids; the part is their union.
-    pub(crate) solid: At<Vec<SolidTable>>,
+    #[serde(default)]
+    pub(crate) solid: Vec<SolidTable>,
 }
 
 /// A solid; which keys it takes depends on its shape.
@@ -189,13 +197,14 @@ pub(crate) struct PartBTable {
 pub(crate) struct SolidTable {
     /// Name in the pairs of [[contact.pair]]; solids may share one.
     pub(crate) name: Option<At<String>>,
-    /// "plane" (x >= 0), "sphere", "box", "cone" (hollow, opening to -x) or "bore" (blind hole along +x).
+    /// "plane" (x >= 0), "sphere", "box", "capsule", "cylinder", "frustum" (solid, from x = 0), "ring" (round tube about x),
+    /// "cone" (hollow, opening to -x) or "bore" (blind hole along +x).
     pub(crate) shape: At<String>,
-    /// Origin of the solid's frame in part B's frame.
+    /// Origin of the solid's frame in the part's frame.
     pub(crate) position: Option<Quantities>,
     /// Attitude of the solid's frame as roll, pitch, yaw.
     pub(crate) rotation: Option<Quantities>,
-    /// sphere, bore: radius.
+    /// sphere, capsule, cylinder, ring (of the tube's centre), bore: radius.
     pub(crate) radius: Option<Quantity>,
     /// box: edge lengths.
     pub(crate) size: Option<Quantities>,
@@ -207,6 +216,17 @@ pub(crate) struct SolidTable {
     pub(crate) depth: Option<Quantity>,
     /// bore: width of the 45 degree chamfer; default zero.
     pub(crate) chamfer: Option<Quantity>,
+    /// capsule (between the centres of its ends), cylinder, frustum: length along x.
+    pub(crate) length: Option<Quantity>,
+    /// frustum: radius at x = 0.
+    pub(crate) front: Option<Quantity>,
+    /// frustum: radius at x = length.
+    pub(crate) back: Option<Quantity>,
+    /// ring: radius of the tube.
+    pub(crate) tube: Option<Quantity>,
+    /// cylinder, frustum (each rim), ring: contact points, default 16, that share the stiffness of four. capsule: contact
+    /// points along the axis, default 2.
+    pub(crate) points: Option<At<u64>>,
 }
 
 /// Declares the tables that have a contact law, each with its own keys behind those of the law.

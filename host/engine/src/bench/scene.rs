@@ -143,11 +143,14 @@ fn nominal() -> Params<f64> {
 /// A sphere of 5 cm inside a cone, touching its wall.
 fn drogue() -> Contact {
     Contact {
-        points: vec![ContactPoint { position: Vec3::zero(), radius: 0.05 }],
-        solids: vec![Solid {
-            frame: Pose { position: vec3(-0.12, 0.0, 0.0), attitude: Quat::identity() },
-            shape: Shape::Cone { mouth: 0.15, bottom: 0.05, depth: 0.2 },
-        }],
+        a: PartShape { points: vec![ContactPoint { position: Vec3::zero(), radius: 0.05 }], solids: Vec::new() },
+        b: PartShape {
+            points: Vec::new(),
+            solids: vec![Solid {
+                frame: Pose { position: vec3(-0.12, 0.0, 0.0), attitude: Quat::identity() },
+                shape: Shape::Cone { mouth: 0.15, bottom: 0.05, depth: 0.2 },
+            }],
+        },
         law: NormalLaw::Linear,
         pairs: Vec::new(),
         bilateral: false,

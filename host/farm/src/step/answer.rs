@@ -4,6 +4,7 @@ use super::text::cause_words;
 use super::{Draws, LOOPS, LoopDraws, Nominal, RANGES, REPORTED, Reported, Stepped, SteppedFacility};
 use serde_json::{Map, Value, json};
 use softdock_analysis::cause_sentence;
+use softdock_campaign::overlap::keys;
 use softdock_kernels::contact::overlap::Overlap;
 use softdock_kernels::metrics::flags;
 use softdock_results::runs::{Cause, LoopRow, OUTCOME_WORDS, Outcome};
@@ -36,7 +37,8 @@ fn facility(facility: &SteppedFacility) -> Value {
 
 /// A contact point and a solid; `depth_m` is negative where they are apart.
 fn pair(pair: &Overlap, run: Option<u64>) -> Value {
-    let mut value = json!({ "point": pair.point + 1, "solid": pair.solid + 1, "depth_m": pair.depth });
+    let [point, solid] = keys(pair);
+    let mut value = json!({ "point": point, "solid": solid, "depth_m": pair.depth });
     if let Some(run) = run {
         value["run"] = json!(run);
     }
@@ -69,8 +71,8 @@ fn of_loop(side: &LoopRow, touch: Option<&Overlap>) -> Value {
         }
     }
     let touch = touch.map(|pair| {
-        let place = pair.place;
-        json!({ "point": pair.point + 1, "solid": pair.solid + 1, "place_in_b_m": [place.x, place.y, place.z] })
+        let (place, [point, solid]) = (pair.place, keys(pair));
+        json!({ "point": point, "solid": solid, "place_in_b_m": [place.x, place.y, place.z] })
     });
     value.insert("touch".to_owned(), json!(touch));
     value.insert("outcome".to_owned(), json!(side.outcome.word()));

@@ -4,7 +4,7 @@ use super::wall_time::WallTime;
 use super::{Draws, LOOPS, Nominal, REPORTED, Reported, Stepped, SteppedFacility};
 use softdock_analysis::number::{significant, with_unit};
 use softdock_analysis::{cause_sentence, table};
-use softdock_campaign::overlap::{millimetres, point_key, solid_key};
+use softdock_campaign::overlap::{keys, millimetres};
 use softdock_kernels::contact::overlap::Overlap;
 use softdock_kernels::metrics::flags;
 use softdock_results::runs::{Cause, LoopRow, OUTCOME_WORDS, Outcome};
@@ -75,7 +75,8 @@ fn start(facility: &SteppedFacility) -> String {
 
 /// A contact point and a solid by their keys.
 fn pair_text(pair: &Overlap, word: &str) -> String {
-    format!("{} {word} {}", point_key(pair.point), solid_key(pair.solid))
+    let [point, solid] = keys(pair);
+    format!("{point} {word} {solid}")
 }
 
 /// A place in part B's frame.
