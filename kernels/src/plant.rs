@@ -70,7 +70,7 @@ pub struct ContactPair {
     pub solids: Vec<PreparedSolid>,
 }
 
-/// What a contact point belongs to, by its index in the [`PartShape`](crate::model::PartShape).
+/// What a contact point belongs to, by its index in the [`PartShape`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PointSource {
     /// A point of the part.
