@@ -29,7 +29,7 @@ bundle! {
         peak_contact_moment_time: R, "s", "time of the largest contact moment; null without one";
         peak_latch_moment_time: R, "s", "time of the largest latch moment; null without one";
         peak_interface_moment_time: R, "s", "time of the largest interface moment; null without one";
-        peak_depth: R, "m", "largest penetration of the parts";
+        peak_depth: R, "m", "largest penetration of the parts; near the middle of a thin solid, task.max_depth is added";
         capture_time: R, "s", "time at which the latch closed; null without capture";
         capture_offset: R, "m", "radial offset of the latch point when the latch closed; null without capture";
         miss_distance: R, "m", "least distance of the latch point from its seat; null without a latch";

@@ -346,6 +346,9 @@ pub enum Shape {
     },
 }
 
+/// Half thickness of a solid without another side \[m\].
+pub const ENDLESS: f64 = 1e3;
+
 impl Shape {
     /// Ends along x of a shape that is not endless \[m\].
     pub fn ends(&self) -> [f64; 2] {
@@ -378,6 +381,18 @@ impl Shape {
         match self {
             Self::Box { half } => half.norm(),
             _ => front.abs().max(back).max(self.across()),
+        }
+    }
+
+    /// Depth beyond which the other side of the shape is nearer \[m\]; [`ENDLESS`] for one without another side.
+    pub fn half_thickness(&self) -> f64 {
+        match *self {
+            Self::Plane | Self::Cone { .. } | Self::Bore { .. } => ENDLESS,
+            Self::Sphere { radius } | Self::Capsule { radius, .. } => radius,
+            Self::Box { half } => half.x.min(half.y).min(half.z),
+            Self::Cylinder { radius, length, .. } => radius.min(0.5 * length),
+            Self::Frustum { front, back, length, .. } => (0.5 * (front + back)).min(0.5 * length),
+            Self::Ring { tube, .. } => tube,
         }
     }
 

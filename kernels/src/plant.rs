@@ -1,6 +1,7 @@
 //! A scenario's constants, prepared for the stages: what can be computed once is computed here.
 
 use crate::chain::Chain;
+use crate::contact::NEAR_MIDDLE;
 use crate::contact::features::{Feature, features};
 use crate::contact::profile::Surface;
 use crate::effects::EffectSet;
@@ -68,6 +69,14 @@ pub struct ContactPair {
     pub shares: bool,
     /// The solids.
     pub solids: Vec<PreparedSolid>,
+}
+
+impl ContactPair {
+    /// Whether a point may come near the middle of a solid before the depth makes a run invalid.
+    pub fn is_thin(&self, model: &Model) -> bool {
+        let mut solids = self.solids.iter();
+        solids.any(|solid| NEAR_MIDDLE * solid.solid.shape.half_thickness() < model.task.max_depth)
+    }
 }
 
 /// What a contact point belongs to, by its index in the [`PartShape`].

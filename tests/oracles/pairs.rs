@@ -5,6 +5,7 @@ use softdock_kernels::contact::{Point, PointState, contact_point, space_pair, sp
 use softdock_kernels::fields::filled;
 use softdock_kernels::frame::touch_points;
 use softdock_kernels::material::Pair;
+use softdock_kernels::metrics::flags;
 use softdock_kernels::model::{ContactPoint, MaterialPair, Members, Model, NormalLaw, Shape, Solid};
 use softdock_kernels::params::Params;
 use softdock_kernels::plant::Plant;
@@ -219,4 +220,26 @@ fn round_solids_meet_other_solids_once() {
     assert_close("vertex on a ball", force(cube, ball, -place, diagonal), 10.0, 1e-9);
     assert_close("ball on a ball", force(ball, ball, -0.199, Vec3::zero()), 10.0, 1e-9);
     assert_close("ball on a face", force(ball, cube, -0.299, Vec3::zero()), 10.0, 1e-9);
+}
+
+/// A probe whose head meets a plate of 5 mm: a run in which the head's centre comes through is invalid at any speed.
+#[test]
+fn probe_that_comes_through_a_thin_plate_makes_the_run_invalid() {
+    for (radius, substep) in [(0.0, 2.5e-4), (0.02, 2.5e-4), (0.0, 1e-4)] {
+        let mut model = two_bodies(substep, 3.0, 0.0);
+        model.base_pose = at(-0.03, 0.0, 0.0);
+        model.contact.a.points[0].radius = radius;
+        let frame = Pose { position: vec3(2.5e-3, 0.0, 0.0), attitude: Quat::identity() };
+        model.contact.b.solids = vec![Solid { frame, shape: Shape::Box { half: vec3(2.5e-3, 0.1, 0.1) } }];
+        model.task.max_depth = 0.05;
+        let speeds = [0.02, 0.05, 0.1, 0.2, 0.5, 1.0];
+        // 50 kg of reduced mass on 20 kN/m: 1 mm deep at 0.02 m/s, 2.5 mm at 0.05 m/s.
+        let runs = run(model, &speeds.map(|speed| closing(50.0, speed, 2e4, 0.0)));
+        for (speed, row) in speeds.into_iter().zip(runs) {
+            assert!(row.space.touch_time > 0.0, "{speed} m/s touches");
+            let is_invalid = row.flags & flags::SPACE_PENETRATION != 0;
+            let depth = speed * f64::sqrt(50.0 / 2e4);
+            assert_eq!(is_invalid, depth > radius + 0.8 * 2.5e-3, "{radius} m, {speed} m/s: {:?}", row.space);
+        }
+    }
 }

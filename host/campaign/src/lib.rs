@@ -6,6 +6,7 @@ pub mod cases;
 mod check;
 pub mod columns;
 pub mod compare;
+pub mod contact_notes;
 pub mod criteria;
 pub mod derived;
 pub mod difference;

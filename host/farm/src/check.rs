@@ -5,6 +5,7 @@ use softdock_analysis::exact::{allowed_failures, smallest_runs};
 use softdock_analysis::number::with_unit;
 use softdock_analysis::plan::plan_line;
 use softdock_campaign::campaign::Method;
+use softdock_campaign::contact_notes::contact_lines;
 use softdock_campaign::criteria::sentences;
 use softdock_campaign::requirement::{AgreementRequirement, Requirement};
 use softdock_campaign::rules;
@@ -26,6 +27,8 @@ pub fn check_text(campaign: &Campaign, draws: u64) -> String {
         "delay\n  the frame itself delays by {}; it is part of loop_delay, which cannot be less (with sensor_delay)\n",
         with_unit(own, "s")
     );
+    text += "\ncontact\n";
+    contact_lines(&campaign.scenario.model).iter().for_each(|line| text += &format!("  {line}\n"));
     text += &robots(&campaign.scenario.model);
     text += &judged(&campaign.scenario.model);
     text += "\nrequirements\n";
@@ -145,6 +148,7 @@ pub fn check_json(campaign: &Campaign, draws: u64) -> Value {
         "id": campaign.id, "title": campaign.title, "hash": campaign.hash, "seed": campaign.seed,
         "runs": campaign.runs, "outer_draws": campaign.outer_draws, "judged_runs": judged, "independent_runs": independent,
         "own_delay_s": campaign.scenario.model.timing.own_delay(),
+        "contact": contact_lines(&campaign.scenario.model),
         "requirements": campaign.requirements.iter().map(requirement).collect::<Vec<_>>(),
         "agreement_requirements": campaign.agreement.iter().map(rate).collect::<Vec<_>>(),
         "metrics": campaign.metrics.iter().map(|m| json!({ "name": m.name, "unit": m.unit, "text": m.text, "expr": m.formula })).collect::<Vec<_>>(),

@@ -25,6 +25,9 @@ use crate::real::Real;
 use crate::space::{Motion, Parts, Wrench};
 use crate::vector::{Vec3, vec3};
 
+/// Share of a solid's half thickness up to which a depth counts as it is.
+pub const NEAR_MIDDLE: f64 = 0.8;
+
 bundle! {
     /// One contact point.
     Point {
@@ -148,6 +151,7 @@ pub fn contact_point<R: Real>(
     let law = Law { m, of, pair };
     let approach = law.approach(depth, sink_rate, state.approach);
     let mut force = law.normal_force(depth, sink_rate, approach);
+    let depth = if of.is_thin(m) { counted_depth(m, depth, surface.distance, surface.half_thickness) } else { depth };
 
     let slip = b_axes.transposed_times(normal.scale_add(sink_rate, velocity));
     let (friction, bristle) = law.friction(force, slip, state.bristle, surface.normal);
@@ -167,6 +171,14 @@ pub fn contact_point<R: Real>(
             PointContact { wrench, state, depth, force, normal: -normal, lever }
         }
     }
+}
+
+/// Depth that a run is judged by. A point that comes near the middle of a solid may leave it on the other side; it counts
+/// `task.max_depth` deeper, so that the run is invalid.
+#[inline(always)]
+fn counted_depth<R: Real>(m: &Plant, depth: R, distance: R, half_thickness: R) -> R {
+    let is_through = (half_thickness * R::lit(NEAR_MIDDLE)).lt(-distance);
+    R::select(is_through, depth + R::lit(m.task.max_depth), depth)
 }
 
 /// Velocity of part A relative to part B at a point given from A's origin.
