@@ -39,6 +39,14 @@ fn the_emitted_structs_are_the_field_tables() {
 }
 
 #[test]
+fn parts_that_never_touch_have_a_kernel() {
+    let mut model = (*shipped("probe_drogue.toml")).clone();
+    (model.contact.a, model.contact.b) = Default::default();
+    let text = kernel(&Plant::new(model), Batch::whole()).text;
+    naga::front::wgsl::parse_str(&text).expect("the kernel is WGSL");
+}
+
+#[test]
 fn a_stage_is_short_enough_to_read_and_to_compile() {
     let kernel = kernel(&shipped("probe_drogue.toml"), Batch::whole());
     for function in &kernel.functions {

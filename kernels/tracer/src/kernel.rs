@@ -145,13 +145,14 @@ fn constants(plant: &Plant, batch: Batch, slots: usize) -> String {
 /// contact itself.
 fn touches(plant: &Plant) -> String {
     let mut out = String::from("\n");
-    let listed = |text: &dyn Fn(usize) -> String| {
+    // Parts that never touch have no law, and a struct has a member.
+    let listed = |none: &str, text: &dyn Fn(usize) -> String| {
         let all: Vec<String> = (0..plant.pairs.len()).map(text).collect();
-        all.join(", ")
+        if all.is_empty() { none.to_owned() } else { all.join(", ") }
     };
-    let _ = writeln!(out, "struct Pairs {{ {} }}", listed(&|law| format!("p{law}: Pair")));
+    let _ = writeln!(out, "struct Pairs {{ {} }}", listed("none: f32", &|law| format!("p{law}: Pair")));
     for side in ["space", "hil"] {
-        let pairs = listed(&|law| format!("{}(p)", of_law(&format!("{side}_pair"), law)));
+        let pairs = listed("0.0", &|law| format!("{}(p)", of_law(&format!("{side}_pair"), law)));
         let _ = write!(out, "\nfn {side}_pairs(p: Params) -> Pairs {{\n    return Pairs({pairs});\n}}\n");
     }
     for (function, side) in [("touch_space", "space"), ("touch_facility", "hil")] {

@@ -163,7 +163,7 @@ fn plant(model: &Model, finer: usize) -> Arc<Plant> {
 fn untouched(model: &Model) -> Model {
     let mut model = model.clone();
     if model.facility.joint_level.is_none() {
-        model.contact.a.points.clear();
+        (model.contact.a, model.contact.b) = Default::default();
         model.contact.pairs.clear();
         model.contact.latch = None;
     }
