@@ -1,6 +1,8 @@
 //! Laws of material pairs: rebound at every speed, the depth ramp of a damper, a stop, several laws at one point.
 
-use super::bench::{assert_close, at, closing, run, two_bodies};
+use super::bench::{assert_close, at, closing, job, run, two_bodies};
+use softdock_engine::RunInput;
+use softdock_engine::cpu::replay;
 use softdock_kernels::contact::{Point, PointState, contact_point, space_pair, space_pairs};
 use softdock_kernels::fields::filled;
 use softdock_kernels::frame::touch_points;
@@ -11,6 +13,8 @@ use softdock_kernels::params::Params;
 use softdock_kernels::plant::Plant;
 use softdock_kernels::space::{Motion, Parts};
 use softdock_kernels::vector::{Pose, Quat, Vec3, vec3};
+use softdock_test_size::first;
+use std::f64::consts::PI;
 
 const STIFFNESS: f64 = 9e5;
 
@@ -243,3 +247,60 @@ fn probe_that_comes_through_a_thin_plate_makes_the_run_invalid() {
         }
     }
 }
+
+/// Loss-free bounces between two walls: the energy of the first approach is there after four thousand contacts.
+#[test]
+fn loss_free_bounces_between_walls_keep_their_energy() {
+    let (speed, mass, stiffness) = (0.1, 50.0, 5e4);
+    // The springs of the power law are softer here, and its contacts last three times as long.
+    for (law, time) in first(1, [(NormalLaw::Linear, 900.0), (NormalLaw::Power { exponent: 1.5 }, 1900.0)]) {
+        let mut model = two_bodies(2.5e-4, time, 5e-3);
+        let back = Pose { position: vec3(-0.01, 0.0, 0.0), attitude: Quat::from_rotation_vector(vec3(0.0, 0.0, PI)) };
+        model.contact.b.solids.push(Solid { frame: back, shape: Shape::Plane });
+        (model.contact.law, model.task.end_after_separation) = (law, f64::INFINITY);
+        let params = closing(mass, speed, stiffness, 0.0);
+        let (mut last, mut bounces) = (speed, 0);
+        replay(&job(model, &[params]), RunInput { run: 0, params }, &mut |signals| {
+            let gap = signals.parts[0].a.position.x - signals.parts[0].b.position.x;
+            // Between the walls all energy is in the motion.
+            if (-0.009..-0.001).contains(&gap) {
+                let now = signals.parts[0].a.velocity.x - signals.parts[0].b.velocity.x;
+                bounces += u32::from(now * last < 0.0);
+                last = now;
+            }
+        });
+        assert!(bounces >= 4000, "{bounces} bounces");
+        let energy = last.powi(2) / (speed * speed);
+        assert_close(&format!("{law:?}"), energy, 1.0, 1e-3);
+    }
+}
+
+/// A constant force presses part A on the plane until it rests: K d within 0.1 %, at light and heavy targets.
+#[test]
+fn static_press_gives_the_spring_of_its_law() {
+    let laws = [(NormalLaw::Linear, 1.0), (NormalLaw::Power { exponent: 1.5 }, 1.5), (REBOUND, 1.5), (STOP, 1.0)];
+    for (law, exponent) in laws {
+        for target in [4.0, 400.0, 4000.0] {
+            for force in [10.0, 200.0, 2000.0] {
+                let mut model = with_pair(law, Pair { stiffness: 1e6, damping: 2e3, dissipation: 40.0, ..pair() });
+                (model.timing.substep, model.task.end_after_separation) = (1e-5, f64::INFINITY);
+                let m = Plant::new(model);
+                let pairs = space_pairs(&m, &Params::null());
+                let (mut depth, mut rate, mut states) = (0.0, 1e-3, vec![filled(0.0); m.contacts.len()]);
+                let mut push = 0.0;
+                for _ in 0..400_000 {
+                    push = touch_points(&m, &pairs, &parts(depth, rate), &mut states, true).wrench.force.norm();
+                    // The reduced mass is half the target's; the press itself is damped, with 8 1/s.
+                    rate += m.timing.substep * ((force - push) / (0.5 * target) - 8.0 * rate);
+                    depth += m.timing.substep * rate;
+                }
+                let spring = 1e6 * f64::powf(depth, exponent);
+                assert_close(&format!("{law:?}, {target} kg, {force} N: rest"), push, force, 1e-4);
+                assert_close(&format!("{law:?}, {target} kg, {force} N: K d"), push, spring, 1e-3);
+            }
+        }
+    }
+}
+
+const REBOUND: NormalLaw = NormalLaw::Rebound { exponent: 1.5, slowest: 1e-3 };
+const STOP: NormalLaw = NormalLaw::Stop { stroke: 0.05, stiffness: 1e7, exponent: 1.0 };
