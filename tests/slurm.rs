@@ -94,7 +94,8 @@ fn shards(bench: &Bench, results: &str) -> Vec<(PathBuf, SystemTime)> {
 #[ignore = "needs root and Slurm: tests/run.sh installs it"]
 fn an_array_job_survives_a_dead_node_and_gives_the_files_of_one_process() {
     let bench = Bench::new();
-    let runs = sized(8_000, 64_000);
+    // A task lasts long enough that the node dies with one, beside other tests too.
+    let runs = sized(12_000, 64_000);
     bench.edit("runs = 64", &format!("runs = {runs}"));
     bench.edit("shard_runs = 8", &format!("shard_runs = {}", runs / 16));
     bench.softdock("run c/smoke.toml --backend cpu --out alone");
