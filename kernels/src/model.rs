@@ -195,6 +195,13 @@ pub struct PartShape {
     pub solids: Vec<Solid>,
 }
 
+impl PartShape {
+    /// All its points and solids.
+    pub fn members(&self) -> Members {
+        Members { points: (0..self.points.len()).collect(), solids: (0..self.solids.len()).collect() }
+    }
+}
+
 /// The parts and how they push: contact points of each against the solids of the other.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Contact {

@@ -67,16 +67,10 @@ pub struct ContactPair {
     pub points_of: Side,
     /// Whether its points have a share of the stiffness.
     pub shares: bool,
+    /// Whether a point may come near the middle of a solid before the depth makes a run invalid.
+    pub is_thin: bool,
     /// The solids.
     pub solids: Vec<PreparedSolid>,
-}
-
-impl ContactPair {
-    /// Whether a point may come near the middle of a solid before the depth makes a run invalid.
-    pub fn is_thin(&self, model: &Model) -> bool {
-        let mut solids = self.solids.iter();
-        solids.any(|solid| NEAR_MIDDLE * solid.solid.shape.half_thickness() < model.task.max_depth)
-    }
 }
 
 /// What a contact point belongs to, by its index in the [`PartShape`].
@@ -119,7 +113,7 @@ impl Plant {
             let solids = model.contact.part(side).solids.iter().enumerate();
             solids.map(|(index, solid)| PreparedSolid::new(index, solid)).collect::<Vec<_>>()
         });
-        let (pairs, contacts) = contacts(&model.contact, &solids);
+        let (pairs, contacts) = contacts(&model, &solids);
         let chain = Chain::new(&model.links, &link_attitudes, model.tool, model.base_inertia);
         let target_inverse_inertia = model.target_inertia.inverse();
         let start = start(&model, tool_start);
@@ -194,7 +188,8 @@ pub fn place(m: &Plant, level: &JointLevel) -> Result<[Cell; 2], (usize, Misplac
 }
 
 /// The laws that the points meet: for each point the rest of the solids under the common law, then its material pairs.
-fn contacts(contact: &Contact, prepared: &[Vec<PreparedSolid>; 2]) -> (Vec<ContactPair>, Vec<PointOfPair>) {
+fn contacts(model: &Model, prepared: &[Vec<PreparedSolid>; 2]) -> (Vec<ContactPair>, Vec<PointOfPair>) {
+    let contact = &model.contact;
     let mut pairs: Vec<(PairKey, ContactPair)> = Vec::new();
     let mut contacts = Vec::new();
     for side in Side::BOTH {
@@ -212,7 +207,7 @@ fn contacts(contact: &Contact, prepared: &[Vec<PreparedSolid>; 2]) -> (Vec<Conta
                 let own: Vec<usize> = met.iter().copied().filter(|solid| row(solid) == number).collect();
                 let key = PairKey { side, row: number, solids: own, shares: feature.share != 1.0 };
                 let pair = pairs.iter().position(|(other, _)| *other == key).unwrap_or_else(|| {
-                    pairs.push((key.clone(), key.pair(contact, solids)));
+                    pairs.push((key.clone(), key.pair(model, solids)));
                     pairs.len() - 1
                 });
                 contacts.push(PointOfPair { point: feature.point, share: feature.share, source, pair });
@@ -232,14 +227,17 @@ struct PairKey {
 }
 
 impl PairKey {
-    fn pair(&self, contact: &Contact, prepared: &[PreparedSolid]) -> ContactPair {
-        let row = self.row.map(|row| &contact.pairs[row]);
+    fn pair(&self, model: &Model, prepared: &[PreparedSolid]) -> ContactPair {
+        let row = self.row.map(|row| &model.contact.pairs[row]);
+        let solids: Vec<_> = self.solids.iter().map(|solid| prepared[*solid].clone()).collect();
+        let is_thin = |own: &PreparedSolid| NEAR_MIDDLE * own.solid.shape.half_thickness() < model.task.max_depth;
         ContactPair {
-            law: row.map_or(contact.law, |row| row.law),
+            law: row.map_or(model.contact.law, |row| row.law),
             properties: row.map(|row| row.properties),
             points_of: self.side,
             shares: self.shares,
-            solids: self.solids.iter().map(|solid| prepared[*solid].clone()).collect(),
+            is_thin: solids.iter().any(is_thin),
+            solids,
         }
     }
 }

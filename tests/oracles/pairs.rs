@@ -22,7 +22,7 @@ fn members(points: &[usize], solids: &[usize]) -> Members {
     Members { points: points.to_vec(), solids: solids.to_vec() }
 }
 
-/// A point of part A before the plane, with a law of its own.
+/// A point of part A before the plane, with its own contact law.
 fn with_pair(law: NormalLaw, properties: Pair<f64>) -> Model {
     let mut model = two_bodies(1e-5, 0.3, 1e-4);
     model.contact.pairs = vec![MaterialPair { a: members(&[0], &[]), b: members(&[], &[0]), law, properties }];

@@ -2,6 +2,7 @@
 
 use crate::mobility::effective_mass;
 use crate::overlap::{millimetres, without_robots};
+use crate::scenario::contact::rebound_restitution;
 use softdock_kernels::contact::space_pair;
 use softdock_kernels::material::{NormalLaw, Pair};
 use softdock_kernels::model::Model;
@@ -14,9 +15,9 @@ const SHARE_OF_STEP: f64 = 0.2;
 pub fn contact_lines(model: &Model) -> Vec<String> {
     let plant = without_robots(model);
     let mass = effective_mass(model, model.nominal.base_mass, model.nominal.target_mass);
-    let of_pair = |of: &ContactPair| {
+    let of_pair = |(index, of): (usize, &ContactPair)| {
         let pair: Pair<f64> = space_pair(of, &model.nominal);
-        let points = plant.contacts.iter().filter(|contact| std::ptr::eq(&plant.pairs[contact.pair], of)).count();
+        let points = plant.contacts.iter().filter(|contact| contact.pair == index).count();
         let row = model.contact.pairs.iter().position(|row| Some(row.properties) == of.properties && row.law == of.law);
         let table = row.map_or("[contact]".to_owned(), |row| format!("[[contact.pair]] {}", row + 1));
         let mut lines = vec![format!(
@@ -29,7 +30,7 @@ pub fn contact_lines(model: &Model) -> Vec<String> {
         lines.extend(notes(model, of, &pair, mass).into_iter().map(|note| format!("  note: {note}")));
         lines
     };
-    plant.pairs.iter().flat_map(of_pair).collect()
+    plant.pairs.iter().enumerate().flat_map(of_pair).collect()
 }
 
 fn counted(count: usize, what: &str) -> String {
@@ -70,7 +71,7 @@ fn notes(model: &Model, of: &ContactPair, pair: &Pair<f64>, mass: Option<f64>) -
     if let NormalLaw::Rebound { slowest, .. } = of.law {
         notes.push(format!(
             "two free bodies separate with {:.3} of the speed of approach at every touch of {slowest:.3e} m/s or more",
-            restitution(pair.dissipation * slowest)
+            rebound_restitution(pair.dissipation * slowest)
         ));
     }
     let thinnest = of.solids.iter().map(|solid| solid.solid.shape.half_thickness()).fold(f64::INFINITY, f64::min);
@@ -86,17 +87,6 @@ fn notes(model: &Model, of: &ContactPair, pair: &Pair<f64>, mass: Option<f64>) -
     notes
 }
 
-/// Restitution e of F = K d^n (1 + D d'/v): D (1 + e) = ln((1 + D) / (1 - e D)), for any n.
-fn restitution(factor: f64) -> f64 {
-    let residual = |e: f64| factor * (1.0 + e) - ((1.0 + factor) / (1.0 - e * factor)).ln();
-    let (mut low, mut high) = (0.0, (1.0f64).min((1.0 - 1e-12) / factor.max(1e-12)));
-    for _ in 0..100 {
-        let middle = 0.5 * (low + high);
-        if residual(middle) > 0.0 { low = middle } else { high = middle }
-    }
-    low
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -109,7 +99,7 @@ mod tests {
     #[test]
     fn restitution_is_the_inverse_of_the_exact_factor() {
         for (e, factor) in [(0.95, 0.07893), (0.8, 0.37315), (0.5, 1.43275), (0.3, 3.087_082)] {
-            assert!((restitution(factor) - e).abs() < 1e-4, "{factor}: {}", restitution(factor));
+            assert!((rebound_restitution(factor) - e).abs() < 1e-4, "{factor}: {}", rebound_restitution(factor));
         }
     }
 

@@ -38,13 +38,19 @@ pub fn without_robots(model: &Model) -> Plant {
     Plant::new(model)
 }
 
-/// Refuses a nominal start at which the parts overlap by more than `task.max_depth`.
+/// Refuses parts that can never touch, and a nominal start at which the parts overlap by more than `task.max_depth`.
 pub(crate) fn refuse(c: &mut Checker, file: &ScenarioFile, model: &Model) {
     let plant = without_robots(model);
     let parts = start_parts(&plant, &model.nominal);
-    let Some(overlap) = deepest_overlap(&plant, &parts).filter(|overlap| overlap.depth > model.task.max_depth) else {
+    let Some(overlap) = deepest_overlap(&plant, &parts) else {
+        let span = c.source.span_of("part_b");
+        let message = "no contact point of one part meets a solid of the other";
+        c.refuse(&span, message, "add a [[part_a.point]] or [[part_a.solid]], and a [[part_b.solid]]");
         return;
     };
+    if overlap.depth <= model.task.max_depth {
+        return;
+    }
     let [point, solid] = keys(&overlap);
     let message = format!(
         "`{}` overlaps `{}` by {} at the start, more than `task.max_depth` ({}): every run would be invalid",

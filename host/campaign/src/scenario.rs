@@ -2,7 +2,7 @@
 
 mod bodies;
 mod compensator;
-mod contact;
+pub(crate) mod contact;
 mod control;
 mod facility;
 mod impedance;
@@ -158,7 +158,6 @@ impl Scenario {
         if let (Some(station), Some(written)) = (&scenario.station, &file.facility.value.file) {
             facility::check_robots(&mut c, station, written, &mut scenario.model);
         }
-        contact::check_contacts(&mut c, &scenario.model);
         overlap::refuse(&mut c, &file, &scenario.model);
         scenario.identified = identified_effects(&mut c, &file.effect, &mut scenario.model.nominal);
         Problems::check(std::mem::take(&mut c.problems))?;

@@ -6,7 +6,7 @@ use crate::mobility::{Chaser, greatest, target_about_com, target_at_point};
 use nalgebra::{DMatrix, DVector, Matrix3};
 use softdock_kernels::contact::{REFERENCE_DEPTH, common_pair};
 use softdock_kernels::material::{NormalLaw, Pair};
-use softdock_kernels::model::{ArmControl, CompensatorKind, MaterialPair, Members, Model, Side, Thrust};
+use softdock_kernels::model::{ArmControl, CompensatorKind, MaterialPair, Model, Side, Thrust};
 use softdock_kernels::params::Params;
 use softdock_kernels::plant::{PointSource, part_points};
 use softdock_kernels::vector::Vec3;
@@ -141,13 +141,9 @@ fn greatest_mobility(
 
 /// The contact pairs, their bristles, and the latch.
 fn contact(m: &Model, extremes: &Extremes, chaser: &Chaser) -> Vec<Spring> {
-    let all = |side: Side| {
-        let part = m.contact.part(side);
-        Members { points: (0..part.points.len()).collect(), solids: (0..part.solids.len()).collect() }
-    };
     let common = MaterialPair {
-        a: all(Side::A),
-        b: all(Side::B),
+        a: m.contact.a.members(),
+        b: m.contact.b.members(),
         law: m.contact.law,
         properties: common_pair(&extremes.greatest),
     };

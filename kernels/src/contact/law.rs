@@ -104,7 +104,7 @@ impl<R: Real> Law<'_, R> {
     /// Bristle friction: a tangential spring and damper whose force is cut at mu N; the spring keeps what holds the cut.
     ///
     /// Within the cut the deflection is a state of rest, so that a block on an incline stands: true stiction.
-    /// All vectors in part B's axes, so that the bristle turns with the surface. Gives the force against the slip and the
+    /// All vectors in the axes of the part with the solids, so that the bristle turns with the surface. Gives the force against the slip and the
     /// bristle after the substep.
     #[inline(always)]
     pub(super) fn friction(

@@ -151,7 +151,7 @@ pub fn contact_point<R: Real>(
     let law = Law { m, of, pair };
     let approach = law.approach(depth, sink_rate, state.approach);
     let mut force = law.normal_force(depth, sink_rate, approach);
-    let depth = if of.is_thin(m) { counted_depth(m, depth, surface.distance, surface.half_thickness) } else { depth };
+    let depth = if of.is_thin { counted_depth(m, depth, surface.distance, surface.half_thickness) } else { depth };
 
     let slip = b_axes.transposed_times(normal.scale_add(sink_rate, velocity));
     let (friction, bristle) = law.friction(force, slip, state.bristle, surface.normal);

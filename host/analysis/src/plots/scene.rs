@@ -1,5 +1,6 @@
 //! The nominal start of a run drawn to scale: side view, top view, and the two parts from near.
 
+use softdock_kernels::contact::features::features;
 use softdock_kernels::contact::overlap::{deepest_overlap, start_parts};
 use softdock_kernels::model::{ContactPoint, Shape, Side};
 use softdock_kernels::params::Params;
@@ -399,10 +400,8 @@ fn hole(solid: &PreparedSolid) -> Vec<[f64; 2]> {
 
 /// Corners of a box.
 fn corners(half: Vec3<f64>) -> [Vec3<f64>; 8] {
-    std::array::from_fn(|index| {
-        let sign = |bit: usize| if index >> bit & 1 == 1 { 1.0 } else { -1.0 };
-        vec3(sign(0) * half.x, sign(1) * half.y, sign(2) * half.z)
-    })
+    let vertices = features(&Shape::Box { half });
+    std::array::from_fn(|index| vertices[index].point.position)
 }
 
 /// Colour of a part.
@@ -422,18 +421,16 @@ fn circle_about_x(frame: Pose<f64>, along: f64, radius: f64) -> Vec<Vec3<f64>> {
 /// A solid round about x: its circles at both ends, and lines between them.
 fn draw_round(view: &mut View, frame: Pose<f64>, shape: &Shape, ink: RGBColor) {
     let (pen, thin) = (Pen::line(ink, 1.6), Pen::line(ink, 1.0).filled(0.08));
-    let ends = match *shape {
-        Shape::Capsule { radius, length, .. } => {
-            for x in [-0.5 * length, 0.5 * length] {
-                view.sphere(placed(frame, vec3(x, 0.0, 0.0)), radius, &thin, "");
-            }
-            [[-0.5 * length, radius], [0.5 * length, radius]]
-        }
-        Shape::Cylinder { radius, length, .. } => [[-0.5 * length, radius], [0.5 * length, radius]],
-        Shape::Frustum { front, back, length, .. } => [[0.0, front], [length, back]],
-        Shape::Ring { radius, tube, .. } => [[0.0, radius - tube], [0.0, radius + tube]],
+    let radii = match *shape {
+        Shape::Capsule { radius, .. } | Shape::Cylinder { radius, .. } => [radius; 2],
+        Shape::Frustum { front, back, .. } => [front, back],
+        Shape::Ring { radius, tube, .. } => [radius - tube, radius + tube],
         _ => return,
     };
+    let ends: [[f64; 2]; 2] = std::array::from_fn(|end| [shape.ends()[end], radii[end]]);
+    if matches!(shape, Shape::Capsule { .. }) {
+        ends.iter().for_each(|[x, radius]| view.sphere(placed(frame, vec3(*x, 0.0, 0.0)), *radius, &thin, ""));
+    }
     let [front, back] = ends.map(|[x, radius]| circle_about_x(frame, x, radius));
     view.path(&front, true, &thin);
     view.path(&back, true, &thin);

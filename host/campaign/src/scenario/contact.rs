@@ -3,7 +3,6 @@
 use super::{GATE_ANGLE, GATE_SIZE};
 use crate::check::{Checker, span_of, take_parameters};
 use crate::mobility::effective_mass;
-use crate::overlap::without_robots;
 use crate::written::scenario::{ContactTable, LatchTable, LawKeys, PointTable, ScenarioFile, SolidTable, StartTable};
 use crate::written::{At, Quantities};
 use softdock_kernels::contact::common_pair;
@@ -39,11 +38,12 @@ pub(crate) fn read(c: &mut Checker, file: &ScenarioFile, p: &mut Params<f64>) ->
     store(&pair, p);
     let a = part(c, "part_a", &file.part_a.point, &file.part_a.solid);
     let b = part(c, "part_b", &file.part_b.point, &file.part_b.solid);
+    let pairs = pairs(c, file, [&a, &b], p.closing_speed);
     Contact {
         a,
         b,
+        pairs,
         law,
-        pairs: pairs(c, file, p.closing_speed),
         bilateral: table.bilateral.unwrap_or(false),
         latch: file.latch.as_ref().map(|table| latch(c, table, p)),
     }
@@ -68,20 +68,14 @@ fn part(c: &mut Checker, table: &str, points: &[PointTable], solids: &[SolidTabl
     part
 }
 
-/// Refuses parts that can never touch.
-pub(crate) fn check_contacts(c: &mut Checker, m: &Model) {
-    if !without_robots(m).contacts.is_empty() {
-        return;
-    }
-    let span = c.source.span_of("part_b");
-    let message = "no contact point of one part meets a solid of the other";
-    c.refuse(&span, message, "add a [[part_a.point]] or [[part_a.solid]], and a [[part_b.solid]]");
-}
-
 /// The material pairs. Damping by restitution and the default of the bristle's damping follow in [`complete`].
-fn pairs(c: &mut Checker, file: &ScenarioFile, closing_speed: f64) -> Vec<MaterialPair> {
+fn pairs(c: &mut Checker, file: &ScenarioFile, parts: [&PartShape; 2], closing_speed: f64) -> Vec<MaterialPair> {
     let (a, b) = (&file.part_a, &file.part_b);
     let (a, b) = (Names::of("part_a", &a.point, &a.solid), Names::of("part_b", &b.point, &b.solid));
+    let of = |c: &mut Checker, names: &Names, written: &Option<Vec<At<String>>>, part: &PartShape| match written {
+        Some(written) => names.members(c, written),
+        None => part.members(),
+    };
     let mut pairs: Vec<MaterialPair> = Vec::new();
     for table in &file.contact.value.pair {
         let (law, pair) = law(c, table.law(), closing_speed);
@@ -93,8 +87,7 @@ fn pairs(c: &mut Checker, file: &ScenarioFile, closing_speed: f64) -> Vec<Materi
             adhesion: take(&table.adhesion, "contact_adhesion", 0.0),
             ..pair
         };
-        let row =
-            MaterialPair { a: a.members(c, table.a.as_deref()), b: b.members(c, table.b.as_deref()), law, properties };
+        let row = MaterialPair { a: of(c, &a, &table.a, parts[0]), b: of(c, &b, &table.b, parts[1]), law, properties };
         if let Some(other) = pairs.iter().position(|other| meet(&row.a, &other.a) && meet(&row.b, &other.b)) {
             let message = format!("what this pair names is together in `[[contact.pair]]` {} too", other + 1);
             c.refuse(&table.law.span, message, "name other points or solids in `a` or `b`");
@@ -125,11 +118,8 @@ impl<'a> Names<'a> {
         }
     }
 
-    /// What has one of the names, or everything.
-    fn members(&self, c: &mut Checker, names: Option<&[At<String>]>) -> Members {
-        let Some(names) = names else {
-            return Members { points: (0..self.points.len()).collect(), solids: (0..self.solids.len()).collect() };
-        };
+    /// What has one of the names.
+    fn members(&self, c: &mut Checker, names: &[At<String>]) -> Members {
         let is_named = |own: &Option<&At<String>>, name: &str| own.is_some_and(|own| own.value == name);
         for name in names {
             if self.points.iter().chain(&self.solids).any(|own| is_named(own, &name.value)) {
@@ -434,9 +424,19 @@ fn linear_restitution(zeta: f64) -> f64 {
     (-(zeta / root) * angle).exp()
 }
 
-/// D = a v of F = K d^n (1 + a d') that gives a restitution e: D (1 + e) = ln((1 + D) / (1 - e D)), for any n.
+/// D = a v of F = K d^n (1 + a d') that gives a restitution e, for any n.
 fn scaled_dissipation(e: f64) -> f64 {
-    bisect(1e-9, (1.0 - 1e-12) / e, |d| d * (1.0 + e) - ((1.0 + d) / (1.0 - e * d)).ln())
+    bisect(1e-9, (1.0 - 1e-12) / e, |d| rebound_residual(d, e))
+}
+
+/// Restitution e that D = a v of F = K d^n (1 + a d') gives.
+pub(crate) fn rebound_restitution(d: f64) -> f64 {
+    bisect(0.0, ((1.0 - 1e-12) / d.max(1e-12)).min(1.0), |e| rebound_residual(d, e))
+}
+
+/// Zero where D gives e: D (1 + e) = ln((1 + D) / (1 - e D)).
+fn rebound_residual(d: f64, e: f64) -> f64 {
+    d * (1.0 + e) - ((1.0 + d) / (1.0 - e * d)).ln()
 }
 
 /// The zero of a function that falls from positive to negative.

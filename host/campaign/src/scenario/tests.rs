@@ -201,7 +201,7 @@ fn robots_with_joints_take_what_a_facility_can_be() {
     refused("velocity_gain = \"4e5 N s/m\"", "velocity_gain = \"4e8 N s/m\"", gains, "velocity loop of the rail");
 }
 
-/// The ball with a law of its own against the plane.
+/// The ball with its own contact law against the plane.
 fn with_pair(text: &str) -> String {
     let named = FREE_BODY
         .replace("[[part_a.point]]\n", "[[part_a.point]]\nname = \"ball\"\n")
