@@ -37,7 +37,7 @@ fn standalone_facility_is_bit_identical_to_the_emulated_one() {
     let campaign = load(&root().join("campaigns/probe_drogue.toml")).expect("it loads");
     let plant = Arc::new(Plant::new(campaign.scenario.model.clone()));
     let quiet = |run: u64| {
-        let mut params = campaign.draw(run).params;
+        let mut params = campaign.draw(run).expect("a draw").params;
         (params.delay_jitter, params.sensor_noise_force, params.sensor_noise_moment) = (0.0, 0.0, 0.0);
         params
     };

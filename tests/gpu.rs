@@ -14,7 +14,7 @@ use std::path::Path;
 pub(crate) fn job_and_runs(campaign: &str, count: u64) -> (Job, Vec<RunInput>) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("campaigns").join(campaign);
     let campaign = softdock_campaign::load(&path).expect("a shipped campaign loads");
-    let runs = (0..count).map(|run| RunInput { run, params: campaign.draw(run).params }).collect();
+    let runs = (0..count).map(|run| RunInput::new(run, campaign.draw(run).expect("a draw").params)).collect();
     (Job::new(Plant::new(campaign.scenario.model), campaign.seed, true), runs)
 }
 
@@ -24,7 +24,7 @@ pub(crate) fn gpu() -> GpuEngine {
 
 /// The same runs with their parameters as the GPU has applied them.
 fn as_applied(rows: &[Finished]) -> Vec<RunInput> {
-    rows.iter().map(|row| RunInput { run: row.run, params: row.params }).collect()
+    rows.iter().map(|row| RunInput::new(row.run, row.params)).collect()
 }
 
 #[test]
@@ -82,7 +82,7 @@ fn stopped_gpu_batch_returns_finished_runs() {
     match engine.run(&job, &runs, &|_| false) {
         Err(EngineError::Stopped { finished }) => {
             assert!(!finished.is_empty() && finished.len() < runs.len(), "{} runs", finished.len());
-            let first: Vec<RunInput> = runs.iter().filter(|run| run.run == finished[0].run).copied().collect();
+            let first: Vec<RunInput> = runs.iter().filter(|run| run.run == finished[0].run).cloned().collect();
             assert_eq!(engine.run(&job, &first, &|_| true).expect("one run")[0], finished[0], "the run is whole");
         }
         other => panic!("{} runs instead of a stopped batch", other.map_or(0, |rows| rows.len())),

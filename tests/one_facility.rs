@@ -66,7 +66,7 @@ fn farm_and_drive_give_the_same_outcome_for_the_same_draw() {
     let campaign = Campaign::load(&file).expect("the shipped campaign");
     let plant = Arc::new(Plant::new(campaign.scenario.model.clone()));
     let station = Arc::new(campaign.scenario.station.clone().expect("it names its facility"));
-    let input = |run: u64| RunInput { run, params: campaign.draw(run).params };
+    let input = |run: u64| RunInput::new(run, campaign.draw(run).expect("a draw").params);
     let inputs: Vec<RunInput> = (0..draws).map(input).collect();
     let job = Job::new((*plant).clone(), campaign.seed, true);
     let farm = CpuEngine::new().run(&job, &inputs, &|_| true).expect("the CPU is there");
@@ -119,7 +119,7 @@ fn each_rule_of_the_workspace_stops_farm_and_drive_alike() {
         model.facility.session_robots.as_mut().expect("the robots of its facility").tool_radius = [5e-3; 2];
         let (plant, station) = (Arc::new(Plant::new(model)), Arc::new(station));
         let inputs: Vec<RunInput> =
-            (0..sized(24, 200)).map(|run| RunInput { run, params: campaign.draw(run).params }).collect();
+            (0..sized(24, 200)).map(|run| RunInput::new(run, campaign.draw(run).expect("a draw").params)).collect();
         let job = Job::new((*plant).clone(), campaign.seed, true);
         let farm = CpuEngine::new().run(&job, &inputs, &|_| true).expect("the CPU is there");
         let times: Vec<Option<f64>> = farm
@@ -154,7 +154,7 @@ fn each_rule_of_the_workspace_stops_farm_and_drive_alike() {
 fn docking(runs: u64) -> (Campaign, Vec<RunInput>) {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("campaigns/probe_drogue.toml");
     let campaign = Campaign::load(&file).expect("the shipped campaign");
-    let inputs = (0..runs).map(|run| RunInput { run, params: campaign.draw(run).params }).collect();
+    let inputs = (0..runs).map(|run| RunInput::new(run, campaign.draw(run).expect("a draw").params)).collect();
     (campaign, inputs)
 }
 
@@ -181,7 +181,7 @@ fn rules_change_no_bit_before_they_stop_a_run() {
     let free = Job::new(Plant::new(free), campaign.seed, true);
     let mut stopped = 0;
     for input in inputs {
-        let ((one, guarded), (_, whole)) = (path(&supervised, input), path(&free, input));
+        let ((one, guarded), (_, whole)) = (path(&supervised, input.clone()), path(&free, input.clone()));
         let end = match one.stop {
             // The signals are those of the loop's end from here on.
             Some(_) => (one.hil.end_time / campaign.scenario.model.timing.tick()).round() as usize,

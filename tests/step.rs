@@ -101,7 +101,7 @@ fn check_reports_the_nominal_run_of_the_engine() {
     let campaign = softdock_campaign::load(&bench.path("c/smoke.toml")).expect("the campaign");
     let plant = Plant::new(campaign.scenario.model.clone()).with_effects(campaign.effects());
     let job = Job::new(plant, campaign.seed, true);
-    let run = cpu::replay(&job, RunInput { run: NOMINAL_RUN, params: campaign.nominal() }, &mut |_| {});
+    let run = cpu::replay(&job, RunInput::new(NOMINAL_RUN, campaign.nominal()), &mut |_| {});
     assert_eq!(run.flags & flags::INVALID, 0);
     let nominal = &stepped(&bench, "")["facilities"][0]["nominal"];
     for (name, metrics) in [("space", &run.space), ("facility", &run.hil)] {

@@ -333,7 +333,14 @@ fn field_names_are_unique() {
     let names = |fields: Vec<Field>| fields.into_iter().map(|field| field.name).collect();
     unique(names(fields::<f64, Params<f64>>()));
     unique(names(fields::<f64, Metrics<f64>>()));
-    unique(RunsSchema::new(Vec::new(), Vec::new()).table(&[]).columns.into_iter().map(|column| column.name).collect());
+    unique(
+        RunsSchema::new(Vec::new(), Vec::new(), Vec::new())
+            .table(&[])
+            .columns
+            .into_iter()
+            .map(|column| column.name)
+            .collect(),
+    );
 }
 
 #[test]

@@ -56,12 +56,9 @@ pub(crate) fn check(args: &CheckArgs) -> Outcome {
     }
     let choice = args.backend.unwrap_or_else(|| choice_of(&campaign));
     let stepped = step(&campaign, args.step, choice, Terminal::new().context())?;
-    let json = || {
-        let mut answer = check_json(&campaign, args.runs);
-        answer["stepped"] = stepped.json();
-        answer
-    };
-    args.format.print(json, || check_text(&campaign, args.runs) + &stepped.text());
+    let (mut answer, text) = (check_json(&campaign, args.runs)?, check_text(&campaign, args.runs)?);
+    answer["stepped"] = stepped.json();
+    args.format.print(|| answer, || text + &stepped.text());
     Ok(Exit::Done)
 }
 

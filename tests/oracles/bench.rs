@@ -15,7 +15,7 @@ pub(super) fn job(model: Model, params: &[Params<f64>]) -> Job {
 
 /// Numbers parameter sets as runs 0, 1, ...
 pub(super) fn numbered(params: &[Params<f64>]) -> Vec<RunInput> {
-    params.iter().zip(0..).map(|(params, run)| RunInput { run, params: *params }).collect()
+    params.iter().zip(0..).map(|(params, run)| RunInput::new(run, *params)).collect()
 }
 
 /// Makes all runs on the widest lanes of this machine.

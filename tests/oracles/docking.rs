@@ -11,7 +11,7 @@ use std::path::Path;
 fn runs_of(file: &str) -> Vec<Finished> {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("campaigns").join(file);
     let campaign = softdock_campaign::load(&file).expect("the shipped campaign is good");
-    let runs: Vec<_> = (0..32).map(|run| RunInput { run, params: campaign.draw(run).params }).collect();
+    let runs: Vec<_> = (0..32).map(|run| RunInput::new(run, campaign.draw(run).expect("a draw").params)).collect();
     let noisy = runs.iter().any(|input| is_noisy(&input.params));
     let job = Job::new(Plant::new(campaign.scenario.model.clone()), campaign.seed, noisy);
     CpuEngine::new().run(&job, &runs, &|_| true).expect("nobody stops the batch")

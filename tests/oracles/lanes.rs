@@ -113,7 +113,7 @@ fn every_instruction_set_gives_the_same_bits() {
 fn order_batch_and_lane_change_no_bit() {
     let (job, runs) = arm_job(20);
     let whole = made(InstructionSet::detect(), &job, &runs);
-    let reversed: Vec<_> = runs.iter().rev().copied().collect();
+    let reversed: Vec<_> = runs.iter().rev().cloned().collect();
     assert_same("reversed", &whole, &made(InstructionSet::detect(), &job, &reversed));
     let pieces: Vec<_> = runs.chunks(3).flat_map(|part| made(InstructionSet::detect(), &job, part)).collect();
     assert_same("in batches of three", &whole, &pieces);

@@ -82,7 +82,7 @@ fn oblique(friction: f64, tangential: f64) -> (f64, f64) {
         ..closing(1.0, 1.0, 1e4, 0.0)
     };
     let mut last = None;
-    replay(&job(model, &[params]), RunInput { run: 0, params }, &mut |signals| last = Some(signals.parts[0].a));
+    replay(&job(model, &[params]), RunInput::new(0, params), &mut |signals| last = Some(signals.parts[0].a));
     let motion = last.expect("at least one tick");
     (motion.velocity.y, motion.omega.z * radius)
 }
@@ -129,7 +129,7 @@ fn a_block_below_the_friction_angle_stands_for_a_hundred_seconds() {
     model.timing.substeps = 4;
     model.timing.max_ticks = 101_000;
     let mut places = Vec::new();
-    replay(&job(model, &[params]), RunInput { run: 0, params }, &mut |signals| {
+    replay(&job(model, &[params]), RunInput::new(0, params), &mut |signals| {
         places.push(signals.parts.map(|parts| parts.a.position - parts.b.position));
     });
     for side in 0..2 {

@@ -30,7 +30,7 @@ fn quiet() -> Params<f64> {
 /// The fed-back wrench (part A's axes) after each tick.
 fn fed_back(model: Model, params: Params<f64>) -> Vec<Wrench<f64>> {
     let mut out = Vec::new();
-    replay(&job(model, &[params]), RunInput { run: 0, params }, &mut |signals| out.push(signals.fed_back));
+    replay(&job(model, &[params]), RunInput::new(0, params), &mut |signals| out.push(signals.fed_back));
     out
 }
 

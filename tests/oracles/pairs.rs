@@ -260,7 +260,7 @@ fn loss_free_bounces_between_walls_keep_their_energy() {
         (model.contact.law, model.task.end_after_separation) = (law, f64::INFINITY);
         let params = closing(mass, speed, stiffness, 0.0);
         let (mut last, mut bounces) = (speed, 0);
-        replay(&job(model, &[params]), RunInput { run: 0, params }, &mut |signals| {
+        replay(&job(model, &[params]), RunInput::new(0, params), &mut |signals| {
             let gap = signals.parts[0].a.position.x - signals.parts[0].b.position.x;
             // Between the walls all energy is in the motion.
             if (-0.009..-0.001).contains(&gap) {

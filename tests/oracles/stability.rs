@@ -22,7 +22,7 @@ pub(super) fn growth(mut model: Model, params: Params<f64>, settle: f64, stride:
     let (first, stride) = ((settle / tick).round() as u32, (stride / tick).round() as u32);
     model.timing.max_ticks = first + 3 * stride + 2;
     let (mut count, mut x) = (0, Vec::new());
-    replay(&job(model, &[params]), RunInput { run: 0, params }, &mut |signals| {
+    replay(&job(model, &[params]), RunInput::new(0, params), &mut |signals| {
         if count >= first && (count - first) % stride == 0 {
             x.push(signals.parts[1].a.position.x - signals.parts[1].b.position.x);
         }

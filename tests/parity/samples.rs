@@ -236,7 +236,7 @@ fn case(name: &'static str, campaign: &str, change: fn(&mut Model), adjust: fn(&
     let plant = Plant::new(model);
     let batch = Batch { key: key(SEED), noisy: true, loops: Loops::Both };
     let draw = |run: u64| {
-        let mut params = campaign.draw(run).params;
+        let mut params = campaign.draw(run).expect("a draw").params;
         adjust(&mut params);
         with_effects(params, run)
     };

@@ -3,30 +3,36 @@
 //! A run is judged by its row alone: applied inputs, metrics of both loops, flags, and the rule that stopped the
 //! session. No run is simulated, so finished runs can be judged again by other criteria and requirements.
 
-use softdock_campaign::Campaign;
 use softdock_campaign::criteria::first_breach;
 use softdock_campaign::metric::{CustomMetric, custom_values};
 use softdock_campaign::requirement::{Requirement, Subject};
+use softdock_campaign::{Campaign, ScenarioKey};
 use softdock_kernels::metrics::{Metrics, flags};
 use softdock_kernels::model::Task;
 use softdock_results::runs::{
-    Agreement, Cause, CustomMetricColumn, LoopRow, Outcome, Phase, RequirementColumn, RequirementResult, RunRow,
-    RunsSchema, Status,
+    Agreement, Cause, CustomMetricColumn, KeyColumn, LoopRow, Outcome, Phase, RequirementColumn, RequirementResult,
+    RunRow, RunsSchema, Status,
 };
 
 /// Criteria by which the runs of a campaign are judged.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Judge<'a> {
     task: &'a Task,
     metrics: &'a [CustomMetric],
     requirements: &'a [Requirement],
+    keys: Vec<KeyColumn>,
 }
 
 impl<'a> Judge<'a> {
     /// Returns the criteria, custom metrics and requirements of a campaign.
     pub fn of(campaign: &'a Campaign) -> Self {
         let (metrics, requirements) = (&campaign.metrics, &campaign.requirements);
-        Self { task: &campaign.scenario.model.task, metrics, requirements }
+        let key = |key: &ScenarioKey| KeyColumn {
+            column: key.column(),
+            unit: key.unit.to_owned(),
+            meaning: format!("`{}`", key.path),
+        };
+        Self { task: &campaign.scenario.model.task, metrics, requirements, keys: campaign.keys().map(key).collect() }
     }
 
     /// Returns the columns of the judged runs.
@@ -37,7 +43,8 @@ impl<'a> Judge<'a> {
             meaning: metric.text.clone(),
         };
         let requirement = |r: &Requirement| RequirementColumn { id: r.column_id(), unit: r.unit().to_owned() };
-        RunsSchema::new(self.metrics.iter().map(own).collect(), self.requirements.iter().map(requirement).collect())
+        let custom_metrics = self.metrics.iter().map(own).collect();
+        RunsSchema::new(self.keys.clone(), custom_metrics, self.requirements.iter().map(requirement).collect())
     }
 
     /// Judges a run by its inputs, metrics, flags and, for an aborted session, its cause.

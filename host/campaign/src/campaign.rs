@@ -10,6 +10,7 @@ use crate::metric::CustomMetric;
 use crate::ranges::MOST_RUNS;
 use crate::requirement::{AgreementRequirement, Requirement};
 use crate::scenario::Scenario;
+use crate::scenario_key::ScenarioKey;
 use crate::variant::Variant;
 use softdock_kernels::effects::EffectSet;
 use softdock_kernels::fields::{Field, fields};
@@ -103,6 +104,24 @@ pub struct TracePlan {
     pub keep: Vec<Keep>,
 }
 
+/// What a campaign draws besides parameters; its fields stand behind those of the parameters.
+#[derive(Clone, Debug)]
+pub(crate) enum Extra {
+    /// A variable of the campaign, by its name.
+    Variable(String),
+    /// A key of the scenario.
+    Key(ScenarioKey),
+}
+
+impl Extra {
+    pub(crate) fn field(&self) -> Field {
+        match self {
+            Self::Variable(name) => Field::new(name, "1", "variable of the campaign"),
+            Self::Key(key) => key.field(),
+        }
+    }
+}
+
 /// A checked campaign.
 #[derive(Clone, Debug)]
 pub struct Campaign {
@@ -142,8 +161,10 @@ pub struct Campaign {
     pub variants: Vec<Variant>,
     /// How they are compared.
     pub comparison: Comparison,
-    /// Names of the variables that expressions use besides the parameters.
-    pub(crate) variables: Vec<String>,
+    /// What is drawn besides the parameters.
+    pub(crate) extras: Vec<Extra>,
+    /// Parameters of the scenario with each of its dispersed keys at its ends.
+    pub(crate) key_ends: Vec<Params<f64>>,
     /// The campaign file's text.
     pub text: String,
     /// blake3 of campaign, scenario, URDF and tables, in hexadecimal.
@@ -154,10 +175,40 @@ pub struct Campaign {
 }
 
 impl Campaign {
-    /// What expressions may name: the parameters and, behind them, the campaign's variables.
+    /// What expressions may name: the parameters and, behind them, what is drawn besides.
     pub(crate) fn fields(&self) -> Vec<Field> {
-        let variable = |name: &String| Field::new(name, "1", "variable of the campaign");
-        fields::<f64, Params<f64>>().into_iter().chain(self.variables.iter().map(variable)).collect()
+        fields::<f64, Params<f64>>().into_iter().chain(self.extras.iter().map(Extra::field)).collect()
+    }
+
+    /// The keys of the scenario that each run has for itself.
+    pub fn keys(&self) -> impl Iterator<Item = &ScenarioKey> {
+        self.extras.iter().filter_map(|extra| match extra {
+            Extra::Key(key) => Some(key),
+            Extra::Variable(_) => None,
+        })
+    }
+
+    /// The scenario's key behind a field; `None` for a parameter or a variable.
+    pub fn key_of(&self, field: usize) -> Option<&ScenarioKey> {
+        let extra = field.checked_sub(fields::<f64, Params<f64>>().len())?;
+        match self.extras.get(extra)? {
+            Extra::Key(key) => Some(key),
+            Extra::Variable(_) => None,
+        }
+    }
+
+    /// Place of a field among the inputs of a run, [`Draw::inputs`](crate::Draw::inputs); `None` for a variable.
+    pub fn input_place(&self, field: usize) -> Option<usize> {
+        let parameters = fields::<f64, Params<f64>>().len();
+        let Some(extra) = field.checked_sub(parameters) else { return Some(field) };
+        let is_key = |extra: &&Extra| matches!(extra, Extra::Key(_));
+        self.extras.get(extra).filter(is_key)?;
+        Some(parameters + self.extras[..extra].iter().filter(is_key).count())
+    }
+
+    /// Parameters that a run can have by its keys of the scenario, besides those of the nominal run.
+    pub fn key_ends(&self) -> &[Params<f64>] {
+        &self.key_ends
     }
 
     /// Whether a dispersion or a derived value is written at a place of the file.
@@ -180,6 +231,7 @@ impl Campaign {
     /// The campaign on one of its variants alone: the same draws, without variants.
     pub fn on_variant(&self, variant: &Variant) -> Self {
         let (scenario, derived) = (variant.scenario.clone(), variant.derived.clone());
+        let key_ends = variant.key_ends.clone();
         let text = format!("{} {} {}", self.hash, variant.name, scenario.robot_text().unwrap_or(""));
         Self {
             id: self.id_of(variant),
@@ -187,6 +239,7 @@ impl Campaign {
             hash: blake3::hash(text.as_bytes()).to_hex().to_string(),
             scenario,
             derived,
+            key_ends,
             variants: Vec::new(),
             ..self.clone()
         }
@@ -230,7 +283,8 @@ impl Campaign {
     pub fn effects(&self) -> EffectSet {
         let dispersed = self.dispersions.iter().map(|dispersion| dispersion.name.as_str());
         let derived = self.derived.iter().map(|derived| derived.name.as_str());
-        let nominal = EffectSet::of(&self.nominal(), &self.scenario.model.timing);
+        let of = |p: &Params<f64>| EffectSet::of(p, &self.scenario.model.timing);
+        let nominal = self.key_ends.iter().map(of).fold(of(&self.nominal()), EffectSet::or);
         dispersed.chain(derived).map(EffectSet::switched_by).fold(nominal, EffectSet::or)
     }
 

@@ -415,7 +415,7 @@ mod tests {
         let cases = of("loop_delay, in_contact_stiffness_n_per_m\n0.004, 1e5\n0.02,2e5\n").expect("legal");
         let campaign = campaign().with_cases(cases).expect("legal");
         assert_eq!((campaign.runs, campaign.outer_draws), (2, None));
-        let params = campaign.draw(1).params;
+        let params = campaign.draw(1).expect("a draw").params;
         assert_eq!((params.loop_delay, params.contact_stiffness), (0.02, 2e5));
         assert_eq!(params.contact_friction, nominal.contact_friction, "dispersed in the campaign, nominal here");
         let derived = 2.0 / 3.0 * 2e5 * 0.05;
@@ -425,7 +425,10 @@ mod tests {
     #[test]
     fn a_column_of_a_derived_value_takes_its_place() {
         let cases = of("contact_stiffness,bristle_stiffness\n1e5,777\n").expect("legal");
-        assert_eq!(campaign().with_cases(cases).expect("legal").draw(0).params.bristle_stiffness, 777.0);
+        assert_eq!(
+            campaign().with_cases(cases).expect("legal").draw(0).expect("a draw").params.bristle_stiffness,
+            777.0
+        );
     }
 
     #[test]
@@ -443,7 +446,7 @@ mod tests {
         let campaign = campaign().with_cases(of("run,loop_delay\n3,0.004\n17,0.02\n").expect("legal")).expect("legal");
         assert_eq!([0, 1].map(|place| campaign.run_at(place)), [3, 17]);
         assert_eq!((campaign.place_of(17), campaign.place_of(4)), (Some(1), None));
-        assert_eq!(campaign.draw(17).params.loop_delay, 0.02);
+        assert_eq!(campaign.draw(17).expect("a draw").params.loop_delay, 0.02);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! From values as written to numbers in SI: units, ranges and lengths of lists, every problem noted.
 
-use crate::problem::{LISTED, Problem};
+use crate::problem::{LISTED, Problem, Problems};
 use crate::ranges::{in_words, legal};
 use crate::source::Source;
 use crate::units::{UnitError, noun, quantity, show, suggestions};
@@ -21,11 +21,22 @@ pub const FILL_IN: &str = "fill in";
 pub(crate) struct Checker {
     pub(crate) source: Source,
     pub(crate) problems: Vec<Problem>,
+    /// Files that need not be read again: those of the same scenario with other values.
+    pub(crate) known: Vec<Source>,
 }
 
 impl Checker {
     pub(crate) fn new(source: Source) -> Self {
-        Self { source, problems: Vec::new() }
+        Self { source, problems: Vec::new(), known: Vec::new() }
+    }
+
+    /// A file that a key of this one names, by its path relative to this file.
+    pub(crate) fn read_beside(&self, written: &At<String>) -> Result<Source, Problems> {
+        let path = self.source.sibling(&written.value);
+        match self.known.iter().find(|known| known.path() == path) {
+            Some(known) => Ok(known.clone()),
+            None => Source::read(&path, Some((&self.source, written.span.clone()))),
+        }
     }
 
     /// Notes a problem.

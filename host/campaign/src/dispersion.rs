@@ -1,8 +1,10 @@
 //! What varies from run to run: distributions of parameters, and how they hang together.
 
+use crate::campaign::Extra;
 use crate::check::{Checker, span_of};
 use crate::distribution::{Distribution, kept_share};
 use crate::ranges::{in_words, legal, vector_name};
+use crate::scenario_key::{PREFIX, ScenarioKey};
 use crate::source::Source;
 use crate::suggest::nearest;
 use crate::units::{noun, quantity, show, suggestions};
@@ -26,7 +28,7 @@ pub enum Class {
 /// One dispersed parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Dispersion {
-    /// Index into the field table of `Params`; behind its end, a variable of the campaign.
+    /// Index into the field table of `Params`; behind its end, a variable of the campaign or a key of the scenario.
     pub field: usize,
     /// Name of the parameter or variable, also that of its random stream.
     pub name: String,
@@ -54,8 +56,12 @@ pub struct Correlation {
 /// Reads all dispersions; the files of tables are added to `tables`.
 pub(crate) struct DispersionReader<'a> {
     pub(crate) c: &'a mut Checker,
-    /// The parameters, and behind them the campaign's own variables.
+    /// The scenario, of which keys may be dispersed.
+    pub(crate) scenario: &'a Source,
+    /// The parameters, and behind them what is drawn besides.
     pub(crate) fields: Vec<Field>,
+    /// What is drawn besides the parameters.
+    pub(crate) extras: Vec<Extra>,
     pub(crate) dispersions: Vec<Dispersion>,
     pub(crate) correlations: Vec<Correlation>,
     pub(crate) tables: Vec<Source>,
@@ -174,13 +180,42 @@ impl DispersionReader<'_> {
             self.c.refuse(&written.span, message, remedy);
             return None;
         }
-        self.fields.push(Field::new(name, "1", "variable of the campaign"));
-        Some(self.fields.len() - 1)
+        Some(self.extra(Extra::Variable(name.to_owned())))
+    }
+
+    /// A key of the scenario.
+    fn key(&mut self, target: &At<String>) -> Option<usize> {
+        let key = match ScenarioKey::find(self.scenario, &target.value) {
+            Ok(key) => key,
+            Err((message, remedy)) => {
+                self.c.refuse(&target.span, message, remedy);
+                return None;
+            }
+        };
+        let twin = self.extras.iter().find_map(|extra| match extra {
+            Extra::Key(other) if other.overlaps(&key) => Some(&other.path),
+            _ => None,
+        });
+        if let Some(twin) = twin {
+            let message = format!("`{}` is dispersed twice: here and as `{twin}`", target.value);
+            self.c.refuse(&target.span, message, "remove one of these dispersions");
+            return None;
+        }
+        Some(self.extra(Extra::Key(key)))
+    }
+
+    fn extra(&mut self, extra: Extra) -> usize {
+        self.fields.push(extra.field());
+        self.extras.push(extra);
+        self.fields.len() - 1
     }
 
     /// A parameter that nothing else sets; a whole vector where one is allowed.
     fn target(&mut self, target: &At<String>, vector: bool) -> Option<Vec<usize>> {
         let name = target.value.as_str();
+        if name.starts_with(PREFIX) {
+            return self.key(target).map(|field| vec![field]);
+        }
         let is_component = |field: &&Field| vector_name(&field.name) == Some(name);
         let components: Vec<usize> =
             self.fields.iter().enumerate().filter(|(_, f)| is_component(f)).map(|(index, _)| index).collect();
@@ -315,7 +350,7 @@ impl DispersionReader<'_> {
         let rows = items.iter().zip(targets);
         rows.map(|(item, field)| {
             let field = &self.fields[*field];
-            let range = if deviation { Range::above(0.0, ANY) } else { legal(&field.name) };
+            let range = if deviation { Range::above(0.0, ANY) } else { legal_draws(&field.name) };
             self.c.number(item, field.unit, range)
         })
         .collect()
@@ -355,7 +390,7 @@ impl DispersionReader<'_> {
     }
 }
 
-/// The legal range of what may be drawn: of a parameter its own, of a variable any.
+/// The legal range of what may be drawn: of a parameter its own, of all else any.
 fn legal_draws(name: &str) -> Range {
     let is_parameter = params::row_of(name).is_some();
     if is_parameter { legal(name) } else { Range::size(ANY) }

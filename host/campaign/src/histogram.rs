@@ -2,8 +2,8 @@
 
 use crate::campaign::Campaign;
 use crate::dispersion::Class;
+use crate::problem::Problems;
 use crate::units::show;
-use softdock_kernels::fields::to_vec;
 use std::fmt::Write;
 
 /// Classes of a histogram.
@@ -13,30 +13,35 @@ const BARS: usize = 32;
 const HEIGHTS: [char; 9] = [' ', '▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
 
 /// Histograms of the inputs of `n` runs (at least one) spread over the campaign, with mean, deviation and ends.
-pub fn histograms(campaign: &Campaign, n: u64) -> String {
+///
+/// # Errors
+/// See [`Campaign::draw`].
+pub fn histograms(campaign: &Campaign, n: u64) -> Result<String, Problems> {
     let runs = n.clamp(1, campaign.runs.max(1));
     // Spread, so that every outer draw is met.
     let run = |index: u64| (u128::from(index) * u128::from(campaign.runs) / u128::from(runs)) as u64;
-    let draws: Vec<Vec<f64>> = (0..runs).map(|index| to_vec(&campaign.draw(run(index)).params)).collect();
+    let draws = (0..runs).map(|index| Ok(campaign.draw(run(index))?.inputs()));
+    let draws: Vec<Vec<f64>> = draws.collect::<Result<_, Problems>>()?;
     let mut text = format!("inputs of {runs} of {} runs, seed {}\n", campaign.runs, campaign.seed);
-    let parameters = draws[0].len();
-    for dispersion in campaign.dispersions.iter().filter(|dispersion| dispersion.field < parameters) {
+    for dispersion in &campaign.dispersions {
+        let Some(place) = campaign.input_place(dispersion.field) else { continue };
         let class = match dispersion.class {
             Class::Aleatory => "",
             Class::Epistemic => ", epistemic",
         };
         let source = dispersion.source.as_deref().unwrap_or("no source stated");
         let what = format!("{}{class}; {source}", dispersion.distribution.kind());
-        row(&mut text, &dispersion.name, dispersion.unit, &what, &column(&draws, dispersion.field));
+        row(&mut text, &dispersion.name, dispersion.unit, &what, &column(&draws, place));
     }
-    for variable in campaign.dispersions.iter().filter(|dispersion| dispersion.field >= parameters) {
+    let variables = campaign.dispersions.iter().filter(|variable| campaign.input_place(variable.field).is_none());
+    for variable in variables {
         let _ = writeln!(text, "\n  {}  (variable, {})", variable.name, variable.distribution.kind());
     }
     for derived in &campaign.derived {
         row(&mut text, &derived.name, derived.unit, &format!("= {}", derived.text), &column(&draws, derived.field));
     }
     effects(&mut text, campaign);
-    text
+    Ok(text)
 }
 
 fn column(draws: &[Vec<f64>], field: usize) -> Vec<f64> {

@@ -37,6 +37,7 @@ pub mod robot;
 pub mod rules;
 mod sampling;
 mod scenario;
+mod scenario_key;
 mod source;
 mod stability;
 pub mod station;
@@ -57,8 +58,9 @@ pub use problem::{Problem, Problems};
 pub use ranges::legal_range;
 pub use rig::Rig;
 pub use robot::Robot;
-pub use sampling::Draw;
+pub use sampling::{Draw, OwnScenario};
 pub use scenario::Scenario;
+pub use scenario_key::ScenarioKey;
 pub use station::Station;
 pub use variant::Variant;
 

@@ -14,6 +14,7 @@ use crate::ranges::MOST_RUNS;
 use crate::read;
 use crate::requirement;
 use crate::scenario::Scenario;
+use crate::scenario_key::{PREFIX, ScenarioKey};
 use crate::source::Source;
 use crate::stability::Extremes;
 use crate::variant;
@@ -70,7 +71,10 @@ impl Campaign {
     fn with_variants(mut self, c: &mut Checker, file: &CampaignFile) -> Result<Self, Problems> {
         self.variants = variant::read(c, file, &self.scenario, &self.dispersions, &self.fields());
         Problems::check(std::mem::take(&mut c.problems))?;
-        let alone: Vec<Self> = self.variants.iter().map(|variant| self.on_variant(variant)).collect();
+        self.refuse_keys_of_variants(c, file);
+        let alone = self.variants.iter().map(|variant| self.on_variant(variant).with_key_ends(c));
+        let alone: Vec<Self> = alone.collect();
+        self.variants.iter_mut().zip(&alone).for_each(|(variant, alone)| variant.key_ends.clone_from(&alone.key_ends));
         refuse_ineffective(c, &alone);
         Problems::check(std::mem::take(&mut c.problems))?;
         for variant in &alone {
@@ -82,8 +86,23 @@ impl Campaign {
         Ok(self)
     }
 
+    /// Refuses a key that a variant replaces and a dispersion gives each run: one of them would do nothing.
+    fn refuse_keys_of_variants(&self, c: &mut Checker, file: &CampaignFile) {
+        for replaced in file.variant.iter().flat_map(|table| &table.set.0) {
+            let inside = |key: &&ScenarioKey| {
+                let path = key.path.strip_prefix(PREFIX).unwrap_or(&key.path);
+                let rest = path.strip_prefix(replaced.value.as_str());
+                rest.is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
+            };
+            if let Some(key) = self.keys().find(inside) {
+                let message = format!("`{}` is dispersed: every run has a value of its own", key.path);
+                c.refuse(&replaced.span, message, "remove it here, or remove that dispersion");
+            }
+        }
+    }
+
     /// Dispersions may need a finer step, or have less delay, than the nominal run.
-    fn check_steps(&self, source: &Source) -> Result<(), Problems> {
+    pub(crate) fn check_steps(&self, source: &Source) -> Result<(), Problems> {
         let mut unused = Checker::new(source.clone());
         let bounds = self.bounds(&mut unused);
         // Variables stand behind the parameters and are left out.
@@ -107,15 +126,17 @@ fn scenario(c: &mut Checker, written: &At<String>) -> Result<Scenario, Problems>
 fn check(c: &mut Checker, file: &CampaignFile, scenario: Scenario) -> Campaign {
     let table = fields::<f64, Params<f64>>();
     let parameters = table.len();
-    let (dispersions, correlations, tables) = Default::default();
-    let mut reader = DispersionReader { c, fields: table, dispersions, correlations, tables };
+    let (extras, dispersions, correlations, tables) = Default::default();
+    let scenario_file = scenario.source().clone();
+    let mut reader =
+        DispersionReader { c, scenario: &scenario_file, fields: table, extras, dispersions, correlations, tables };
     for dispersion in &file.dispersion {
         reader.dispersion(dispersion);
     }
     for correlation in &file.correlation {
         reader.correlation(correlation);
     }
-    let DispersionReader { fields, dispersions, correlations, tables, .. } = reader;
+    let DispersionReader { fields, extras, dispersions, correlations, tables, .. } = reader;
     let derived = derived::read(c, &fields, &file.derived.iter().collect::<Vec<_>>(), &dispersions);
     let runs = c.count(&file.runs, 1, MOST_RUNS);
     let (execution, method) = (execution(c, &file.execution), method(c, file));
@@ -155,8 +176,10 @@ fn check(c: &mut Checker, file: &CampaignFile, scenario: Scenario) -> Campaign {
         variants: Vec::new(),
         comparison: Comparison::default(),
         cases: None,
-        variables: fields[parameters..].iter().map(|field| field.name.clone()).collect(),
+        extras,
+        key_ends: Vec::new(),
     };
+    let campaign = if file.variant.is_empty() { campaign.with_key_ends(c) } else { campaign };
     let bounds = campaign.bounds(c);
     // With variants each of them has its own answer.
     if file.variant.is_empty() {

@@ -8,7 +8,7 @@ use crate::check::Checker;
 use crate::expression::{self, Expression, Measure};
 use crate::units::{self, UnitError};
 use crate::written::campaign::MetricTable;
-use softdock_kernels::fields::{Field, fields, to_vec};
+use softdock_kernels::fields::{Field, fields, from_slice, to_vec};
 use softdock_kernels::metrics::{Metrics, Presence};
 use softdock_kernels::params::Params;
 use std::sync::LazyLock;
@@ -122,7 +122,9 @@ pub fn custom_values(
         return Vec::new();
     }
     let monitor = PRESENCE.iter().zip(to_vec(metrics)).map(|(presence, value)| metrics.if_present(*presence, value));
-    let parameters = inputs.iter().map(|value| Some(*value).filter(|value| value.is_finite()));
+    // The keys of the scenario behind them have no names in expressions.
+    let parameters = to_vec(&from_slice::<f64, Params<f64>>(inputs));
+    let parameters = parameters.iter().map(|value| Some(*value).filter(|value| value.is_finite()));
     let mut known: Vec<Option<f64>> = monitor.chain([effective_mass]).chain(parameters).collect();
     let first = known.len();
     for metric in own {

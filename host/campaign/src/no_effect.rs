@@ -95,13 +95,14 @@ pub(crate) fn targets(campaign: &Campaign, bounds: &[Bounds]) -> Vec<Ineffective
     let dispersed = campaign.dispersions.iter().map(|d| (d.field, &d.name, &d.place));
     let derived = campaign.derived.iter().map(|d| (d.field, &d.name, &d.place));
     let unused = |field: &usize| !campaign.derived.iter().any(|derived| derived.expression.names().contains(field));
-    let parameters = bounds.len() - campaign.variables.len();
+    let parameters = bounds.len() - campaign.extras.len();
     let effects = campaign.effects();
     let why = |field: usize, name: &str| match field < parameters {
         true => {
             ineffective(name, &campaign.scenario.model, bounds).or(shapes_nothing(name, effects).then_some(NO_EFFECT))
         }
-        false => Some(UNUSED),
+        // A key without effect is found where its ends are read.
+        false => campaign.key_of(field).is_none().then_some(UNUSED),
     };
     let target = |(field, name, place): (usize, &String, &Range<usize>)| {
         Some(IneffectiveKey { name: name.clone(), why: why(field, name)?, place: place.clone() })

@@ -214,6 +214,12 @@ impl Problems {
         if problems.is_empty() { Ok(()) } else { Err(Self(problems)) }
     }
 
+    /// The same with a text before each message.
+    pub(crate) fn before(mut self, text: &str) -> Self {
+        self.0.iter_mut().for_each(|problem| problem.message.insert_str(0, text));
+        self
+    }
+
     /// The problems, in the order in which they were found.
     pub fn iter(&self) -> impl Iterator<Item = &Problem> {
         self.0.iter()

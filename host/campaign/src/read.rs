@@ -106,6 +106,36 @@ fn check_age(source: &Source, table: &DeTable<'_>, format: &str) -> Option<Probl
 
 /// Reads a file of the given format ("campaign/2").
 pub(crate) fn parse<T: DeserializeOwned>(source: &Source, format: &str) -> Result<T, Problems> {
+    let behind = overlay_text(source);
+    structured(source, overlaid_table(source, format, &behind)?)
+}
+
+/// The text of a file's overlay, if there is one, for [`overlaid_table`].
+pub(crate) fn overlay_text(source: &Source) -> Option<String> {
+    source.overlay().map(|overlay| overlay.text_behind(source.text().len()))
+}
+
+/// The text of a file of the given format as a table, with what its overlay replaces.
+pub(crate) fn overlaid_table<'s>(
+    source: &'s Source,
+    format: &str,
+    overlay_text: &'s Option<String>,
+) -> Result<Spanned<DeTable<'s>>, Problems> {
+    let mut table = table(source, format)?;
+    if let (Some(overlay), Some(text)) = (source.overlay(), overlay_text) {
+        let campaign = DeTable::parse(text).map_err(|error| syntax(source, &error))?;
+        overlay.lay_over(table.get_mut(), campaign.into_inner());
+    }
+    Ok(table)
+}
+
+/// The values of a table in the places that a type has for them.
+pub(crate) fn structured<T: DeserializeOwned>(source: &Source, table: Spanned<DeTable<'_>>) -> Result<T, Problems> {
+    from_table(table).map_err(|error| structure(source, &error).into())
+}
+
+/// The text of a file of the given format as a table.
+fn table<'s>(source: &'s Source, format: &str) -> Result<Spanned<DeTable<'s>>, Problems> {
     if source.text().trim().is_empty() {
         return Err(Problem::at(source, 0..0, "the file is empty")
             .remedy(format!("start it with schema = \"{format}\"; the shipped files show every key"))
@@ -113,17 +143,12 @@ pub(crate) fn parse<T: DeserializeOwned>(source: &Source, format: &str) -> Resul
     }
     check_depth(source)?;
     // Syntax first: the parser's own words; this distinguishes an incomplete table from a wrong key.
-    let mut table = DeTable::parse(source.text()).map_err(|error| syntax(source, &error))?;
+    let table = DeTable::parse(source.text()).map_err(|error| syntax(source, &error))?;
     Problems::check(check_lengths(source, table.get_ref()))?;
-    if let Some(problem) = check_age(source, table.get_ref(), format) {
-        return Err(problem.into());
+    match check_age(source, table.get_ref(), format) {
+        Some(problem) => Err(problem.into()),
+        None => Ok(table),
     }
-    let overlaid = source.overlay().map(|overlay| (overlay, overlay.text_behind(source.text().len())));
-    if let Some((overlay, text)) = &overlaid {
-        let campaign = DeTable::parse(text).map_err(|error| syntax(source, &error))?;
-        overlay.lay_over(table.get_mut(), campaign.into_inner());
-    }
-    from_table(table).map_err(|error| structure(source, &error).into())
 }
 
 /// Longest text of a file, in characters.

@@ -1,20 +1,41 @@
 //! Draws: the parameters of one run, a pure function of campaign, seed and run number.
 
-use crate::campaign::{Campaign, Method};
+use crate::campaign::{Campaign, Extra, Method};
 use crate::derived::with_derived;
 use crate::dispersion::Class;
 use crate::distribution::{normal_quantile, normal_share};
+use crate::problem::Problems;
 use softdock_kernels::fields::to_vec;
+use softdock_kernels::model::Model;
 use softdock_kernels::params::Params;
 use softdock_kernels::philox::{key, philox4x32, stream, uniform};
 
 /// The inputs of one run.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Draw {
     /// Outer draw that the run belongs to; 0 without an outer loop.
     pub outer: u32,
     /// Its parameters.
     pub params: Params<f64>,
+    /// What it has of the scenario for itself; none if the campaign disperses no key of the scenario.
+    pub own: Option<OwnScenario>,
+}
+
+/// A scenario with the values of a run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OwnScenario {
+    /// Values of the campaign's [`keys`](Campaign::keys), SI.
+    pub keys: Vec<f64>,
+    /// The task and the facility with them.
+    pub model: Model,
+}
+
+impl Draw {
+    /// Values of the parameters and, behind them, of the campaign's keys, SI: the inputs of a run as its row has them.
+    pub fn inputs(&self) -> Vec<f64> {
+        let keys = self.own.iter().flat_map(|own| &own.keys);
+        to_vec(&self.params).into_iter().chain(keys.copied()).collect()
+    }
 }
 
 /// Rounds of the permutation: four make a Feistel network as good as random (Luby and Rackoff).
@@ -44,9 +65,12 @@ impl Campaign {
     }
 
     /// The inputs of a run.
-    pub fn draw(&self, run: u64) -> Draw {
+    ///
+    /// # Errors
+    /// If the scenario's reader refuses the values of its keys; never without dispersed keys.
+    pub fn draw(&self, run: u64) -> Result<Draw, Problems> {
         if let Some((cases, _)) = &self.cases {
-            return Draw { outer: 0, params: self.given(cases, run) };
+            return Ok(Draw { outer: 0, params: self.given(cases, run), own: None });
         }
         let outer = self.outer_of(run);
         let mut shares: Vec<f64> = (0..self.dispersions.len()).map(|index| self.share(index, run, outer)).collect();
@@ -59,13 +83,44 @@ impl Campaign {
             }
         }
         let mut values = self.undispersed();
-        for (dispersion, share) in self.dispersions.iter().zip(&shares) {
-            values[dispersion.field] = dispersion.distribution.quantile(*share);
+        self.put_draws(&shares, &mut values);
+        let own = self.own_scenario(&values).map_err(|problems| problems.before(&format!("run {run}: ")))?;
+        let nominal = own.as_ref().map_or(&self.scenario.model, |own| &own.model).nominal;
+        let nominal = to_vec(&nominal);
+        if own.is_some() {
+            values[..nominal.len()].copy_from_slice(&nominal);
+            self.put_draws(&shares, &mut values);
         }
-        let nominal = to_vec(&self.scenario.model.nominal);
         let posterior = self.outer_draws.map(|_| (self.seed, outer));
         self.scenario.identified.iter().for_each(|effect| effect.put(&nominal, posterior, &mut values));
-        Draw { outer, params: with_derived(values, &self.derived) }
+        Ok(Draw { outer, params: with_derived(values, &self.derived), own })
+    }
+
+    fn put_draws(&self, shares: &[f64], values: &mut [f64]) {
+        for (dispersion, share) in self.dispersions.iter().zip(shares) {
+            values[dispersion.field] = dispersion.distribution.quantile(*share);
+        }
+    }
+
+    /// The scenario with the keys' values among those of all fields; none without dispersed keys.
+    fn own_scenario(&self, values: &[f64]) -> Result<Option<OwnScenario>, Problems> {
+        let behind = &values[values.len() - self.extras.len()..];
+        let keys = self.extras.iter().zip(behind).filter(|(extra, _)| matches!(extra, Extra::Key(_)));
+        let keys: Vec<f64> = keys.map(|(_, value)| *value).collect();
+        if keys.is_empty() { Ok(None) } else { self.with_keys(keys).map(Some) }
+    }
+
+    /// The scenario with values of the campaign's [`keys`](Self::keys), SI.
+    ///
+    /// # Errors
+    /// Whatever the scenario's reader refuses.
+    pub fn with_keys(&self, keys: Vec<f64>) -> Result<OwnScenario, Problems> {
+        let values: Vec<_> = self.keys().zip(keys.iter().copied()).collect();
+        let mut model = self.scenario.with_keys(&values)?.model;
+        // The campaign may be stepped finer than its scenario says.
+        model.timing = self.scenario.model.timing;
+        model.facility.sensor_substeps = self.scenario.model.facility.sensor_substeps;
+        Ok(OwnScenario { keys, model })
     }
 
     /// The undispersed run: the scenario's values and what is derived from them.
@@ -73,13 +128,14 @@ impl Campaign {
         with_derived(self.undispersed(), &self.derived)
     }
 
-    /// The scenario's values and, behind them, the medians of the campaign's variables.
+    /// The scenario's values and, behind them, the medians of the campaign's variables and its keys as written.
     pub(crate) fn undispersed(&self) -> Vec<f64> {
         let mut values = to_vec(&self.scenario.model.nominal);
         let parameters = values.len();
-        values.resize(parameters + self.variables.len(), 0.0);
-        for variable in self.dispersions.iter().filter(|dispersion| dispersion.field >= parameters) {
-            values[variable.field] = variable.distribution.quantile(0.5);
+        values.resize(parameters + self.extras.len(), 0.0);
+        for extra in self.dispersions.iter().filter(|dispersion| dispersion.field >= parameters) {
+            let nominal = self.key_of(extra.field).map(|key| key.nominal);
+            values[extra.field] = nominal.unwrap_or_else(|| extra.distribution.quantile(0.5));
         }
         values
     }

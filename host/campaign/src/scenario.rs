@@ -27,6 +27,8 @@ use softdock_kernels::range::{ANGLE, FORCE, LENGTH, Range, SPEED};
 use softdock_kernels::vector::{Quat, Vec3};
 use std::ops::Range as Span;
 use std::path::Path;
+use toml::Spanned;
+use toml::de::DeTable;
 
 /// Format that this version reads.
 pub(crate) const FORMAT: &str = "scenario/2";
@@ -133,11 +135,23 @@ impl Scenario {
 
     pub(crate) fn from_source(source: Source) -> Result<Self, Problems> {
         let file: ScenarioFile = read::parse(&source, FORMAT)?;
-        let mut c = Checker::new(source);
+        Self::checked(Checker::new(source), file, None)
+    }
+
+    /// The same file with other values in its table; what it names besides is not read again.
+    pub(crate) fn read_again(&self, table: Spanned<DeTable<'_>>) -> Result<Self, Problems> {
+        let file: ScenarioFile = read::structured(&self.source, table)?;
+        let mut c = Checker::new(self.source.clone());
+        c.known = self.sources().skip(1).cloned().collect();
+        Self::checked(c, file, self.station.as_ref())
+    }
+
+    /// A file as written, checked; a facility that is known is not read again.
+    fn checked(mut c: Checker, file: ScenarioFile, station: Option<&Station>) -> Result<Self, Problems> {
         c.problems.extend(read::check_format(&c.source, &file.schema, FORMAT));
         let id = c.name(&file.id);
         let bodies = bodies::read(&mut c, &file);
-        let (model, robot, station) = compile(&mut c, &file, &bodies);
+        let (model, robot, station) = compile(&mut c, &file, &bodies, station);
         Problems::check(std::mem::take(&mut c.problems))?;
 
         let mut scenario = Self {
@@ -201,13 +215,18 @@ impl Scenario {
 }
 
 /// The model, with harmless values where there are problems; the robots' model file and the facility, if it names them.
-fn compile(c: &mut Checker, file: &ScenarioFile, bodies: &Bodies) -> (Model, Option<Source>, Option<Station>) {
+fn compile(
+    c: &mut Checker,
+    file: &ScenarioFile,
+    bodies: &Bodies,
+    known: Option<&Station>,
+) -> (Model, Option<Source>, Option<Station>) {
     let timing = timing(c, &file.timing);
     let mut nominal = Params::null();
     start(c, &file.start, &mut nominal);
     bodies.masses(&mut nominal);
     let contact = contact::read(c, file, &mut nominal);
-    let station = facility::station(c, &file.facility);
+    let station = known.cloned().or_else(|| facility::station(c, &file.facility));
     let (facility, robot) = facility::read(c, &file.facility, station.as_ref(), &timing, &mut nominal);
     let guidance = Guidance {
         thrust: control::thrust(c, &file.guidance),

@@ -239,6 +239,13 @@ pub(crate) fn dimension(unit: &str) -> Option<Dimension> {
     parse(unit).ok().map(|unit| unit.dimension)
 }
 
+/// SI unit of the kind of quantity that a text is; `None` if it is none, or of a kind that has no name.
+pub(crate) fn si_unit_of(text: &str) -> Option<&'static str> {
+    let (_, unit) = split_number(text.trim())?;
+    let dimension = if unit.is_empty() { Dimension::default() } else { parse(unit).ok()?.dimension };
+    KINDS.iter().map(|row| row.0).find(|si| parse(si).is_ok_and(|own| own.dimension == dimension))
+}
+
 /// Whether a unit is a product of SI units without a factor (`N s/m`, not `N s/mm`).
 pub(crate) fn is_coherent(unit: &str) -> Result<bool, UnitError> {
     parse(unit).map(|unit| unit.numerator == unit.denominator)

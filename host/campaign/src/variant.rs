@@ -9,6 +9,7 @@ use crate::source::overlay::Overlay;
 use crate::written::campaign::{CampaignFile, DerivedTable};
 use crate::written::compare::VariantTable;
 use softdock_kernels::fields::Field;
+use softdock_kernels::params::Params;
 
 /// What a results folder holds besides variants.
 const TAKEN: [&str; 5] = ["campaign", "partial", "runs", "traces", "replays"];
@@ -26,6 +27,8 @@ pub struct Variant {
     pub(crate) scenario: Scenario,
     /// The derived values with those of the variant.
     pub(crate) derived: Vec<Derived>,
+    /// Parameters of its scenario with each dispersed key at its ends.
+    pub(crate) key_ends: Vec<Params<f64>>,
 }
 
 /// Reads the variants of a campaign; `fields` are the parameters and its variables.
@@ -98,5 +101,5 @@ fn variant(
     let own_derived = table.derived.iter().map(|own| (own.target.value.clone(), format!("= {}", own.expr.value)));
     let changes = changes.into_iter().chain(own_derived).collect();
     let derived = read_derived(c, &tables);
-    Variant { name, title, changes, scenario, derived }
+    Variant { name, title, changes, scenario, derived, key_ends: Vec::new() }
 }

@@ -31,7 +31,11 @@ impl DiagnosedModel {
     /// If the file cannot be used.
     pub fn load(path: &Path) -> std::result::Result<Self, Problems> {
         Ok(match softdock_campaign::kind(path)? {
-            FileKind::Campaign => Self::Facility(FacilityModel::Campaign(Box::new(Campaign::load(path)?))),
+            FileKind::Campaign => {
+                let campaign = Campaign::load(path)?;
+                campaign.refuse_keys("a diagnosis")?;
+                Self::Facility(FacilityModel::Campaign(Box::new(campaign)))
+            }
             FileKind::Scenario => Self::Facility(FacilityModel::Scenario(Box::new(Scenario::load(path)?))),
             FileKind::Other => Self::Rig(Box::new(Rig::load(path)?)),
         })

@@ -7,6 +7,7 @@ use softdock_kernels::frame::Tile;
 use softdock_kernels::lanes::Lane;
 use softdock_kernels::outcome::{Finished, Signals};
 use softdock_kernels::params::Params;
+use softdock_kernels::plant::Plant;
 use softdock_kernels::with_joints;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
@@ -58,6 +59,9 @@ impl Engine for CpuEngine {
         runs: &[RunInput],
         progress: &(dyn Fn(&[Finished]) -> bool + Sync),
     ) -> Result<Vec<Finished>, EngineError> {
+        if runs.iter().any(|run| run.plant.is_some()) {
+            return with_own_plants(job, runs, progress);
+        }
         let queue = Queue { runs, next: AtomicUsize::new(0), stopped: AtomicBool::new(false), progress };
         let instructions = self.instructions;
         // A tile ends early only where the user stops the batch.
@@ -70,6 +74,39 @@ impl Engine for CpuEngine {
     }
 }
 
+/// Runs that have plants of their own, one by one: the lanes of a tile share a plant.
+fn with_own_plants(
+    job: &Job,
+    runs: &[RunInput],
+    progress: &(dyn Fn(&[Finished]) -> bool + Sync),
+) -> Result<Vec<Finished>, EngineError> {
+    let stopped = AtomicBool::new(false);
+    let finished = runs.par_iter().filter_map(|run| {
+        if stopped.load(Ordering::Relaxed) {
+            return None;
+        }
+        let finished = alone(job, run, None);
+        stopped.fetch_or(!progress(&[finished]), Ordering::Relaxed);
+        Some(finished)
+    });
+    all_of(runs, finished.collect())
+}
+
+/// Makes one run in one lane.
+fn alone(job: &Job, run: &RunInput, see: See) -> Finished {
+    let own;
+    let job = match &run.plant {
+        Some(plant) => {
+            own = Job { plant: Plant::clone(plant), batch: job.batch };
+            &own
+        }
+        None => job,
+    };
+    let runs = std::slice::from_ref(run);
+    let queue = Queue { runs, next: AtomicUsize::new(0), stopped: AtomicBool::new(false), progress: &|_| true };
+    by_joints(InstructionSet::OneLane, job, &queue, see)[0]
+}
+
 /// Runs waiting for a free lane.
 struct Queue<'a> {
     runs: &'a [RunInput],
@@ -79,8 +116,8 @@ struct Queue<'a> {
 }
 
 impl Queue<'_> {
-    fn take(&self) -> Option<RunInput> {
-        self.runs.get(self.next.fetch_add(1, Ordering::Relaxed)).copied()
+    fn take(&self) -> Option<&RunInput> {
+        self.runs.get(self.next.fetch_add(1, Ordering::Relaxed))
     }
 
     fn report(&self, ended: &[Finished]) -> bool {
@@ -149,7 +186,5 @@ fn by_joints(instructions: InstructionSet, job: &Job, queue: &Queue, see: See<'_
 
 /// Repeats one run in f64, one lane, and shows its signals after every tick \[`see`\]; the same bits as in any tile.
 pub fn replay(job: &Job, input: RunInput, see: &mut dyn FnMut(&Signals)) -> Finished {
-    let queue =
-        Queue { runs: &[input], next: AtomicUsize::new(0), stopped: AtomicBool::new(false), progress: &|_| true };
-    by_joints(InstructionSet::OneLane, job, &queue, Some(see))[0]
+    alone(job, &input, Some(see))
 }

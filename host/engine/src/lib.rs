@@ -17,6 +17,7 @@ use softdock_kernels::outcome::Finished;
 use softdock_kernels::params::Params;
 use softdock_kernels::philox;
 use softdock_kernels::plant::Plant;
+use std::sync::Arc;
 
 /// What all runs of a campaign have in common.
 #[derive(Clone, Debug, PartialEq)]
@@ -40,12 +41,21 @@ pub fn is_noisy(p: &Params<f64>) -> bool {
 }
 
 /// One run to be made.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct RunInput {
     /// The run's number: with the seed, all that its random numbers depend on.
     pub run: u64,
     /// Its parameters.
     pub params: Params<f64>,
+    /// Its plant, if it has one of its own; otherwise that of the job.
+    pub plant: Option<Arc<Plant>>,
+}
+
+impl RunInput {
+    /// A run of the job's plant.
+    pub fn new(run: u64, params: Params<f64>) -> Self {
+        Self { run, params, plant: None }
+    }
 }
 
 /// Why a batch did not come back.
@@ -66,6 +76,9 @@ pub enum EngineError {
         "the GPU has too little memory for a batch ({0}); finished shards are safe: free its memory and run the same command again, or add `--backend cpu`"
     )]
     OutOfMemory(String),
+    /// A GPU has one plant for all runs of a batch.
+    #[error("runs with a plant of their own are made on the CPU: use `--backend cpu`")]
+    OwnPlants,
     /// The kernel did not build.
     #[error("the kernel does not compile for this device: {0}")]
     Kernel(String),

@@ -123,7 +123,7 @@ impl DelayedContact {
         let mut gaps = Vec::new();
         let effects = EffectSet::of(&params, &model.timing);
         let job = Job::new(Plant::new(model).with_effects(effects), 1, false);
-        let end = replay(&job, RunInput { run: 0, params }, &mut |signals| {
+        let end = replay(&job, RunInput::new(0, params), &mut |signals| {
             gaps.push(signals.parts[1].a.position.x - signals.parts[1].b.position.x);
         });
         (end.flags & flags::HIL_UNSTABLE == 0).then_some((gaps, end.hil.separation_speed / SPEED))

@@ -163,7 +163,8 @@ fn rates(engine: &mut GpuEngine, options: &CardOptions, peak: f64) -> Result<Vec
 /// Destroys the device during a batch of the campaign, opens it again and repeats the batch.
 fn lose_device(campaign: &Campaign, adapters: Adapters) -> Result<DeviceLoss> {
     let runs = (0..campaign.runs.min(2 * LOSS_LANES as u64)).map(|place| campaign.run_at(place));
-    let inputs: Vec<RunInput> = runs.map(|run| RunInput { run, params: campaign.draw(run).params }).collect();
+    let inputs = runs.map(|run| Ok(RunInput::new(run, campaign.draw(run)?.params)));
+    let inputs: Vec<RunInput> = inputs.collect::<Result<_>>()?;
     let noisy = inputs.iter().any(|input| is_noisy(&input.params));
     let plant = Plant::new(campaign.scenario.model.clone()).with_effects(campaign.effects());
     let job = Job::new(plant, campaign.seed, noisy);

@@ -1,5 +1,6 @@
 //! Requirements of a campaign and the statements that its runs can demonstrate, before any run: text and JSON.
 
+use crate::error::Result;
 use serde_json::{Value, json};
 use softdock_analysis::exact::{allowed_failures, smallest_runs};
 use softdock_analysis::number::with_unit;
@@ -9,18 +10,20 @@ use softdock_campaign::contact_notes::contact_lines;
 use softdock_campaign::criteria::sentences;
 use softdock_campaign::requirement::{AgreementRequirement, Requirement};
 use softdock_campaign::rules;
+
 use softdock_campaign::{Campaign, histograms};
-use softdock_kernels::fields::to_vec;
 use softdock_kernels::model::Model;
 use softdock_kernels::plant::Plant;
-use softdock_results::runs::input_fields;
 
 /// Statement for a sample that is not independent.
 const EXPLORING: &str = "exploring only, no verdict: write sampling.method = \"random\" for one";
 
 /// Draws, requirements, criteria and rules of a campaign as text; the histograms have `draws` draws.
-pub fn check_text(campaign: &Campaign, draws: u64) -> String {
-    let mut text = format!("{}  {}\n\n{}\n", campaign.id, campaign.title, histograms(campaign, draws));
+///
+/// # Errors
+/// See [`Campaign::draw`].
+pub fn check_text(campaign: &Campaign, draws: u64) -> Result<String> {
+    let mut text = format!("{}  {}\n\n{}\n", campaign.id, campaign.title, histograms(campaign, draws)?);
     text += &variants(campaign);
     let own = campaign.scenario.model.timing.own_delay();
     text += &format!(
@@ -56,7 +59,7 @@ pub fn check_text(campaign: &Campaign, draws: u64) -> String {
     if let (Some(draws), Method::Random) = (campaign.outer_draws, campaign.method) {
         text += &format!("  each of the {draws} outer draws is judged on its own {} runs\n", runs_per_draw(campaign));
     }
-    text
+    Ok(text)
 }
 
 /// The criteria of the task and the rules of a session, as sentences.
@@ -127,7 +130,10 @@ fn runs_per_draw(campaign: &Campaign) -> u64 {
 }
 
 /// The same as JSON, in SI units.
-pub fn check_json(campaign: &Campaign, draws: u64) -> Value {
+///
+/// # Errors
+/// See [`Campaign::draw`].
+pub fn check_json(campaign: &Campaign, draws: u64) -> Result<Value> {
     let (judged, independent) = (runs_per_draw(campaign), campaign.method == Method::Random);
     let requirement = |r: &Requirement| {
         json!({
@@ -144,7 +150,7 @@ pub fn check_json(campaign: &Campaign, draws: u64) -> Value {
             "confidence": r.confidence, "smallest_cases": smallest_runs(0, 1.0 - r.at_most, r.confidence),
         })
     };
-    json!({
+    Ok(json!({
         "id": campaign.id, "title": campaign.title, "hash": campaign.hash, "seed": campaign.seed,
         "runs": campaign.runs, "outer_draws": campaign.outer_draws, "judged_runs": judged, "independent_runs": independent,
         "own_delay_s": campaign.scenario.model.timing.own_delay(),
@@ -153,21 +159,22 @@ pub fn check_json(campaign: &Campaign, draws: u64) -> Value {
         "agreement_requirements": campaign.agreement.iter().map(rate).collect::<Vec<_>>(),
         "metrics": campaign.metrics.iter().map(|m| json!({ "name": m.name, "unit": m.unit, "text": m.text, "expr": m.formula })).collect::<Vec<_>>(),
         "variants": campaign.variants.iter().map(|v| json!({ "name": v.name, "title": v.title, "changes": v.changes })).collect::<Vec<_>>(),
-        "inputs": inputs(campaign, draws.min(campaign.runs)),
-    })
+        "inputs": inputs(campaign, draws.min(campaign.runs))?,
+    }))
 }
 
 /// Mean and ends of every dispersed and derived input over runs spread over the campaign.
-fn inputs(campaign: &Campaign, draws: u64) -> Vec<Value> {
+fn inputs(campaign: &Campaign, draws: u64) -> Result<Vec<Value>> {
     let run = |index: u64| (u128::from(index) * u128::from(campaign.runs) / u128::from(draws)) as u64;
-    let parameters = campaign.dispersions.iter().filter(|dispersion| dispersion.field < input_fields().len());
-    let drawn: Vec<Vec<f64>> = (0..draws).map(|index| to_vec(&campaign.draw(run(index)).params)).collect();
-    let dispersed = parameters.map(|d| (d.field, &d.name, d.unit));
+    let drawn = (0..draws).map(|index| Ok(campaign.draw(run(index))?.inputs()));
+    let drawn: Vec<Vec<f64>> = drawn.collect::<Result<_>>()?;
+    let placed = campaign.dispersions.iter().filter_map(|d| Some((campaign.input_place(d.field)?, d)));
+    let dispersed = placed.map(|(place, d)| (place, &d.name, d.unit));
     let derived = campaign.derived.iter().map(|d| (d.field, &d.name, d.unit));
     let row = |(field, name, unit): (usize, &String, &str)| {
         let values = drawn.iter().map(|draw| draw[field]);
         let ends = values.clone().fold((f64::INFINITY, f64::NEG_INFINITY), |(min, max), v| (min.min(v), max.max(v)));
         json!({ "name": name, "unit": unit, "draws": draws, "min": ends.0, "max": ends.1, "mean": values.sum::<f64>() / draws as f64 })
     };
-    dispersed.chain(derived).map(row).collect()
+    Ok(dispersed.chain(derived).map(row).collect())
 }

@@ -1,6 +1,6 @@
 //! Makes the missing runs of a results folder: batches, shards, locks, and finished runs of unfinished shards.
 
-use crate::error::Result;
+use crate::error::{FarmError, Result};
 use crate::folder::ResultsFolder;
 use crate::lock::ShardLock;
 use crate::observer::{Context, Note, Progress, Work};
@@ -203,7 +203,7 @@ fn make_batch(
     saver.result()?;
     let (mut made, mut is_whole) = match made {
         Ok(made) => made,
-        Err(error) if error.is_of_the_device() => return Ok(BatchEnd::DeviceFailed(error)),
+        Err(FarmError::Engine(error)) if error.is_of_the_device() => return Ok(BatchEnd::DeviceFailed(error)),
         Err(error) => return Err(error.into()),
     };
     if engine.device() != device && !there.is_empty() {

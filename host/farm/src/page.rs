@@ -38,15 +38,20 @@ fn input<'a>(folder: &'a ResultsFolder, content: &'a Content, summary: &Summary)
 fn dispersions(campaign: &Campaign) -> Vec<ReportedDispersion> {
     let fields = input_fields();
     let given = campaign.cases().is_some();
+    let named = |field: usize| match campaign.key_of(field) {
+        Some(key) => (key.path.clone(), key.column()),
+        None => (fields[field].name.clone(), columns::input(&fields[field]).into_name()),
+    };
     let row = |field: usize, distribution: String, class: &str, source: Option<&String>| ReportedDispersion {
-        target: fields[field].name.clone(),
-        column: columns::input(&fields[field]).into_name(),
+        target: named(field).0,
+        column: named(field).1,
         distribution,
         class: class.to_owned(),
         source: source.cloned().unwrap_or_default(),
     };
     // A variable of the campaign is no column; what is derived from it is.
-    let drawn = campaign.dispersions.iter().filter(|dispersion| dispersion.field < fields.len()).map(|dispersion| {
+    let columns = campaign.dispersions.iter().filter(|dispersion| campaign.input_place(dispersion.field).is_some());
+    let drawn = columns.map(|dispersion| {
         let class = match dispersion.class {
             Class::Aleatory => "aleatory",
             Class::Epistemic => "epistemic",

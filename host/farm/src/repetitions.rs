@@ -3,9 +3,7 @@
 use crate::error::Result;
 use crate::folder::ResultsFolder;
 use crate::observer::{Context, Progress, Work};
-use crate::rows::input_of;
 use crate::run_engine::{RunEngine, counting};
-use softdock_engine::RunInput;
 use softdock_kernels::metrics::flags;
 use softdock_results::parity::{HALF_STEP, PARITY, RepeatedRow, write_repetition};
 use softdock_results::runs::RunRow;
@@ -62,7 +60,7 @@ impl ParityRuns {
         let Some((backend, device)) = self.made_on.filter(|_| !self.rows.is_empty()) else {
             return Ok(());
         };
-        let inputs: Vec<RunInput> = self.rows.iter().map(input_of).collect();
+        let inputs = reference.inputs_of(&self.rows)?;
         let progress = Progress::new(context, Work::Parity, inputs.len() as u64);
         let repeated = reference.make_rows(&inputs, &counting(&progress))?;
         let rows = self.rows.into_iter().zip(repeated);
@@ -114,15 +112,16 @@ impl HalfStepRuns {
         if self.rows.is_empty() {
             return Ok(());
         }
-        let inputs: Vec<RunInput> = self.rows.iter().map(|(row, _)| input_of(row)).collect();
-        let in_f32: Vec<RunInput> =
-            self.rows.iter().filter(|(_, in_f64)| !in_f64).map(|(row, _)| input_of(row)).collect();
+        let in_f32 = self.rows.iter().filter(|(_, in_f64)| !in_f64).map(|(row, _)| row);
+        let in_f32 = reference.inputs_of(in_f32)?;
         let mut repeated = reference.make_rows(&in_f32, &|_, _| !context.cancel.is_cancelled())?.into_iter();
+        let chosen: Vec<RunRow> = self.rows.iter().map(|(row, _)| row.clone()).collect();
         let first = self.rows.into_iter().map(|(row, in_f64)| if in_f64 { Some(row) } else { repeated.next() });
         let first: Vec<RunRow> = first.flatten().collect();
 
         let halved = folder.campaign.at_half_step();
         let mut finer = RunEngine::reference(&halved);
+        let inputs = finer.inputs_of(&chosen)?;
         let progress = Progress::new(context, Work::HalfStep, inputs.len() as u64);
         let second = finer.make_rows(&inputs, &counting(&progress))?;
         let rows = first.into_iter().zip(second).map(|(first, second)| RepeatedRow { first, second }).collect();

@@ -2,7 +2,6 @@
 
 use crate::error::{FarmError, Result};
 use crate::folder::ResultsFolder;
-use crate::rows::input_of;
 use crate::run_engine::RunEngine;
 use crate::traces::record;
 use softdock_analysis::number::with_unit;
@@ -62,8 +61,12 @@ pub fn replay_run(results: &Path, run: u64, out: Option<&Path>) -> Result<Replay
     let shard = (folder.campaign.place_of(run).unwrap_or(run) / folder.campaign.execution.shard_runs) as u32;
     let by_cpu = index.complete.get(&shard).is_some_and(|file| file.backend == "cpu");
     let reference = RunEngine::reference(&folder.campaign);
-    let (finished, trace) =
-        record(&reference.builder, folder.campaign.traces.every_ticks, input_of(&row), "replay".to_owned());
+    let (finished, trace) = record(
+        &reference.builder,
+        folder.campaign.traces.every_ticks,
+        reference.builder.input_of(&row)?,
+        "replay".to_owned(),
+    );
     let mut again = reference.builder.row(&finished);
     again.flags |= row.flags & flags::RETRIED;
     let history = out.map_or_else(|| folder.path.join("replays").join(format!("run={run:09}.parquet")), Path::to_owned);

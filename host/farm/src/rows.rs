@@ -2,15 +2,19 @@
 
 use rayon::prelude::*;
 use softdock_analysis::Judge;
-use softdock_campaign::Campaign;
+use softdock_campaign::{Campaign, OwnScenario, Problems};
 use softdock_engine::effective_mass::effective_mass;
 use softdock_engine::{Job, RunInput, is_noisy};
 use softdock_kernels::fields::{from_slice, to_vec};
 use softdock_kernels::metrics::Metrics;
 use softdock_kernels::model::Model;
 use softdock_kernels::outcome::{Finished, Stop};
+use softdock_kernels::params::Params;
 use softdock_kernels::plant::Plant;
 use softdock_results::runs::{Agreement, Cause, LoopRow, Outcome, Phase, RunRow, RunsSchema, Status};
+use softdock_results::traces::NOMINAL_RUN;
+use std::borrow::Cow;
+use std::sync::Arc;
 
 /// Parameters that need random numbers inside the loop.
 const NOISE: [&str; 4] = ["delay_jitter", "drop_probability", "sensor_noise_force", "sensor_noise_moment"];
@@ -43,8 +47,64 @@ impl<'a> RowBuilder<'a> {
         finished.par_iter().map(|run| self.row(run)).collect()
     }
 
+    /// The input of a run; with exactly these values of the parameters, if they are given.
+    ///
+    /// # Errors
+    /// If the scenario's reader refuses the run's values of the campaign's keys.
+    pub(crate) fn input(&self, run: u64, given: Option<Params<f64>>) -> Result<RunInput, Problems> {
+        if !self.has_keys()
+            && let Some(params) = given
+        {
+            return Ok(RunInput::new(run, params));
+        }
+        let draw = self.campaign.draw(run)?;
+        let plant = draw.own.map(|own| Arc::new(self.own_plant(own.model)));
+        Ok(RunInput { run, params: given.unwrap_or(draw.params), plant })
+    }
+
+    /// The input of a row's run, with exactly the parameters that were applied.
+    ///
+    /// # Errors
+    /// See [`input`](Self::input).
+    pub(crate) fn input_of(&self, row: &RunRow) -> Result<RunInput, Problems> {
+        self.input(row.run, Some(params_of(row)))
+    }
+
+    /// The undispersed run.
+    pub(crate) fn nominal(&self) -> RunInput {
+        RunInput::new(NOMINAL_RUN, self.campaign.nominal())
+    }
+
+    /// The plant of a run.
+    pub(crate) fn plant_of(&self, run: u64) -> Cow<'_, Plant> {
+        match self.own(run) {
+            Some(own) => Cow::Owned(self.own_plant(own.model)),
+            None => Cow::Borrowed(&self.job.plant),
+        }
+    }
+
+    /// What a run has of the scenario for itself.
+    fn own(&self, run: u64) -> Option<OwnScenario> {
+        let is_drawn = self.has_keys() && run != NOMINAL_RUN;
+        is_drawn.then(|| self.campaign.draw(run).expect("its input was drawn before").own).flatten()
+    }
+
+    fn has_keys(&self) -> bool {
+        self.campaign.keys().next().is_some()
+    }
+
+    fn own_plant(&self, model: Model) -> Plant {
+        Plant::new(model).with_effects(self.job.plant.effects)
+    }
+
     /// A finished run as a row of the results.
     pub(crate) fn row(&self, run: &Finished) -> RunRow {
+        let own = self.own(run.run);
+        let keys = match &own {
+            Some(own) => own.keys.clone(),
+            None => self.campaign.keys().map(|key| key.nominal).collect(),
+        };
+        let plant = own.map_or(Cow::Borrowed(&self.job.plant), |own| Cow::Owned(self.own_plant(own.model)));
         let unjudged = |metrics: &Metrics<f64>, stop: Option<Stop>| LoopRow {
             outcome: if stop.is_some() { Outcome::Aborted } else { Outcome::Pass },
             cause: stop.map(|stop| met(&self.job.plant, metrics, stop)),
@@ -58,8 +118,8 @@ impl<'a> RowBuilder<'a> {
             status: Status::Invalid,
             agreement: Agreement::Invalid,
             flags: run.flags,
-            inputs: to_vec(&run.params),
-            effective_mass: effective_mass(&self.job.plant, run).filter(|mass| mass.is_finite()),
+            inputs: to_vec(&run.params).into_iter().chain(keys).collect(),
+            effective_mass: effective_mass(&plant, run).filter(|mass| mass.is_finite()),
             space: unjudged(&run.space, None),
             hil: unjudged(&run.hil, run.stop),
         };
@@ -68,9 +128,10 @@ impl<'a> RowBuilder<'a> {
     }
 }
 
-/// A row's run with exactly the inputs that were applied.
-pub(crate) fn input_of(row: &RunRow) -> RunInput {
-    RunInput { run: row.run, params: from_slice(&row.inputs) }
+/// The parameters that were applied in a row's run.
+pub(crate) fn params_of(row: &RunRow) -> Params<f64> {
+    // The keys of the scenario stand behind them.
+    from_slice(&row.inputs)
 }
 
 /// The rule that stopped a session.
@@ -89,5 +150,6 @@ fn met(model: &Model, metrics: &Metrics<f64>, stop: Stop) -> Cause {
 fn needs_noise(campaign: &Campaign) -> bool {
     let dispersed = campaign.dispersions.iter().map(|dispersion| dispersion.name.as_str());
     let derived = campaign.derived.iter().map(|derived| derived.name.as_str());
-    is_noisy(&campaign.nominal()) || dispersed.chain(derived).any(|name| NOISE.contains(&name))
+    campaign.key_ends().iter().chain([&campaign.nominal()]).any(is_noisy)
+        || dispersed.chain(derived).any(|name| NOISE.contains(&name))
 }

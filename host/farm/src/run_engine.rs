@@ -1,5 +1,6 @@
 //! Engine of a campaign that returns rows, with repetition of invalid GPU runs and failover.
 
+use crate::error::Result;
 use crate::manifest::Build;
 use crate::observer::{Context, Note, Progress};
 use crate::rows::RowBuilder;
@@ -19,8 +20,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// Runs that a GPU is given at a time, so that all its lanes have work; a CPU takes shard by shard.
 const GPU_BATCH: u64 = 1 << 16;
 
-/// Result of an engine.
-type EngineResult<T> = Result<T, EngineError>;
+/// Result of an engine alone.
+type EngineResult<T> = std::result::Result<T, EngineError>;
 
 /// Function that receives the runs ended since the last call and the row builder; returns `false` to stop.
 pub(crate) type Watcher<'a> = &'a (dyn Fn(&[Finished], &RowBuilder) -> bool + Sync);
@@ -57,6 +58,12 @@ impl<'a> RunEngine<'a> {
     /// # Errors
     /// If it does not exist on this machine.
     pub(crate) fn open(campaign: &'a Campaign, choice: Choice, context: Context<'a>) -> EngineResult<Self> {
+        let has_keys = campaign.keys().next().is_some();
+        let choice = match choice {
+            Choice::Gpu if has_keys => return Err(EngineError::OwnPlants),
+            Choice::Auto if has_keys => Choice::Cpu,
+            choice => choice,
+        };
         let failed_over = Arc::new(AtomicBool::new(false));
         let engine = softdock_engine::open(choice, report_failover(context, &failed_over))?;
         Ok(Self { failed_over, ..Self::with(campaign, engine) })
@@ -142,16 +149,25 @@ impl<'a> RunEngine<'a> {
     }
 
     /// Makes runs by their numbers; if the user stops, the rows of those that have ended, and `false`.
-    pub(crate) fn make_numbered(&mut self, runs: &[u64], watch: Watcher) -> EngineResult<(Vec<RunRow>, bool)> {
-        let inputs = self.inputs(runs);
+    pub(crate) fn make_numbered(&mut self, runs: &[u64], watch: Watcher) -> Result<(Vec<RunRow>, bool)> {
+        let inputs = self.inputs(runs)?;
         let Self { engine, builder, .. } = &mut *self;
         let (mut finished, is_whole) = match engine.run(&builder.job, &inputs, &|ended| watch(ended, builder)) {
             Ok(finished) => (finished, true),
             Err(EngineError::Stopped { finished }) => (finished, false),
-            Err(error) => return Err(error),
+            Err(error) => return Err(error.into()),
         };
         self.repair(&mut finished)?;
         Ok((self.builder.rows(&finished), is_whole))
+    }
+
+    /// The inputs of rows' runs, with exactly the parameters that were applied.
+    ///
+    /// # Errors
+    /// See [`RowBuilder::input`].
+    pub(crate) fn inputs_of<'r>(&self, rows: impl IntoIterator<Item = &'r RunRow>) -> Result<Vec<RunInput>> {
+        let inputs = rows.into_iter().map(|row| Ok(self.builder.input_of(row)?));
+        inputs.collect()
     }
 
     /// Makes given runs; invalid runs of the GPU are repeated in f64.
@@ -162,8 +178,9 @@ impl<'a> RunEngine<'a> {
         Ok(self.builder.rows(&finished))
     }
 
-    fn inputs(&self, runs: &[u64]) -> Vec<RunInput> {
-        runs.par_iter().map(|run| RunInput { run: *run, params: self.campaign.draw(*run).params }).collect()
+    fn inputs(&self, runs: &[u64]) -> Result<Vec<RunInput>> {
+        let builder = &self.builder;
+        runs.par_iter().map(|run| Ok(builder.input(*run, None)?)).collect()
     }
 
     fn repair(&self, finished: &mut [Finished]) -> EngineResult<()> {
@@ -174,7 +191,7 @@ impl<'a> RunEngine<'a> {
         let invalid: Vec<RunInput> = finished
             .iter()
             .filter(|run| run.flags & flags::INVALID != 0)
-            .map(|run| RunInput { run: run.run, params: run.params })
+            .map(|run| RunInput::new(run.run, run.params))
             .collect();
         let repeated = CpuEngine::new().run(&self.builder.job, &invalid, &|_| true)?;
         for mut again in repeated {

@@ -6,17 +6,15 @@ mod wall_time;
 
 use crate::error::Result;
 use crate::observer::{Context, Note};
-use crate::rows::input_of;
+use crate::rows::{RowBuilder, params_of};
 use crate::run_engine::RunEngine;
 use rayon::prelude::*;
 use softdock_campaign::{Campaign, Variant};
-use softdock_engine::{Choice, EngineError, RunInput, cpu};
+use softdock_engine::{Choice, EngineError, cpu};
 use softdock_kernels::contact::overlap::{Overlap, deepest_overlap, start_parts};
 use softdock_kernels::metrics::flags;
 use softdock_kernels::outcome::Signals;
-use softdock_kernels::plant::Plant;
 use softdock_results::runs::{Cause, LoopRow, Outcome, RunRow};
-use softdock_results::traces::NOMINAL_RUN;
 use std::time::Instant;
 use wall_time::{WallTime, expected};
 
@@ -133,7 +131,7 @@ fn facility(
     context: Context,
 ) -> Result<SteppedFacility> {
     let mut on_cpu = RunEngine::reference(campaign);
-    let nominal = nominal(campaign, &on_cpu);
+    let nominal = nominal(&on_cpu);
     let plant = on_cpu.builder.job.plant.clone();
     let start = deepest_overlap(&plant, &start_parts(&plant, &campaign.nominal()));
     let other = match asked {
@@ -174,7 +172,7 @@ fn other_device<'a>(campaign: &'a Campaign, choice: Choice, context: Context<'a>
 }
 
 /// Steps the nominal case and finds where the parts first touch.
-fn nominal(campaign: &Campaign, engine: &RunEngine) -> Nominal {
+fn nominal(engine: &RunEngine) -> Nominal {
     let job = &engine.builder.job;
     let mut seen: [Option<(f64, Overlap)>; 2] = [None, None];
     let mut see = |signals: &Signals| {
@@ -187,7 +185,7 @@ fn nominal(campaign: &Campaign, engine: &RunEngine) -> Nominal {
         }
     };
     let begin = Instant::now();
-    let finished = cpu::replay(job, RunInput { run: NOMINAL_RUN, params: campaign.nominal() }, &mut see);
+    let finished = cpu::replay(job, engine.builder.nominal(), &mut see);
     let seconds = begin.elapsed().as_secs_f64();
     let row = engine.builder.row(&finished);
     let tick = job.plant.timing.tick();
@@ -207,7 +205,7 @@ fn draws(campaign: &Campaign, engine: &mut RunEngine, count: u64) -> Result<Draw
     let begin = Instant::now();
     let (rows, _) = engine.make_numbered(&runs, &|_, _| true)?;
     let seconds = begin.elapsed().as_secs_f64();
-    let starts = starts(&engine.builder.job.plant, &rows);
+    let starts = starts(&engine.builder, &rows);
     let overlapping = starts.iter().filter(|(_, pair)| pair.depth > 0.0).count() as u64;
     let deepest = starts.into_iter().reduce(|most, next| if next.1.depth > most.1.depth { next } else { most });
     let loops = [LoopDraws::of(rows.iter().map(|row| &row.space)), LoopDraws::of(rows.iter().map(|row| &row.hil))];
@@ -215,10 +213,11 @@ fn draws(campaign: &Campaign, engine: &mut RunEngine, count: u64) -> Result<Draw
 }
 
 /// The deepest overlap at the start of every draw, or its nearest pair.
-fn starts(plant: &Plant, rows: &[RunRow]) -> Vec<(u64, Overlap)> {
+fn starts(builder: &RowBuilder, rows: &[RunRow]) -> Vec<(u64, Overlap)> {
     let pair = |row: &RunRow| {
-        let parts = start_parts(plant, &input_of(row).params);
-        deepest_overlap(plant, &parts).map(|pair| (row.run, pair))
+        let plant = builder.plant_of(row.run);
+        let parts = start_parts(&plant, &params_of(row));
+        deepest_overlap(&plant, &parts).map(|pair| (row.run, pair))
     };
     rows.par_iter().filter_map(pair).collect()
 }

@@ -189,7 +189,7 @@ fn agreement_counts_requirements_and_ignores_aborted_sessions() {
         campaign.requirements.iter_mut().find(|r| r.metric.name == "peak_contact_force").expect("a limit on the force");
     force.limits.at_most = Some(300.0);
     let builder = crate::rows::RowBuilder::new(&campaign);
-    let input = RunInput { run: 0, params: campaign.draw(0).params };
+    let input = RunInput::new(0, campaign.draw(0).expect("a draw").params);
     let made = CpuEngine::new().run(&builder.job, &[input], &|_| true).expect("the CPU is there");
     let mut run = made[0];
     run.hil = run.space;

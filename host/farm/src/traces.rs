@@ -3,27 +3,31 @@
 use crate::error::Result;
 use crate::folder::ResultsFolder;
 use crate::repetitions::is_chosen;
-use crate::rows::{RowBuilder, input_of};
+use crate::rows::{RowBuilder, params_of};
 use crate::signals::signals;
 use rayon::prelude::*;
 use softdock_campaign::Campaign;
 use softdock_campaign::campaign::Keep;
 use softdock_engine::{RunInput, cpu};
 use softdock_kernels::outcome::Finished;
+use softdock_kernels::params::Params;
 use softdock_results::runs::{RunRow, Status};
 use softdock_results::shards::{Provenance, ShardIndex};
 use softdock_results::traces::{NOMINAL_RUN, Signal, Trace, write_trace};
 use std::collections::BTreeMap;
 
+/// A run with the parameters that were applied.
+pub(crate) type AppliedRun = (u64, Params<f64>);
+
 /// A run whose time history is kept, and why.
-pub(crate) type KeptTrace = (RunInput, String);
+pub(crate) type KeptTrace = (AppliedRun, String);
 
 /// Looks at all rows and picks the runs that the campaign keeps.
 pub(crate) struct TraceSelection<'a> {
     campaign: &'a Campaign,
     picked: BTreeMap<u64, KeptTrace>,
     /// Per requirement and loop the runs of least margin, in ascending order.
-    worst: Vec<[Vec<(f64, RunInput)>; 2]>,
+    worst: Vec<[Vec<(f64, AppliedRun)>; 2]>,
 }
 
 impl<'a> TraceSelection<'a> {
@@ -31,8 +35,7 @@ impl<'a> TraceSelection<'a> {
     pub(crate) fn new(campaign: &'a Campaign) -> Self {
         let mut picked = BTreeMap::new();
         if campaign.traces.keep.contains(&Keep::Nominal) {
-            let input = RunInput { run: NOMINAL_RUN, params: campaign.nominal() };
-            picked.insert(NOMINAL_RUN, (input, "nominal".to_owned()));
+            picked.insert(NOMINAL_RUN, ((NOMINAL_RUN, campaign.nominal()), "nominal".to_owned()));
         }
         let worst = campaign.requirements.iter().map(|_| [Vec::new(), Vec::new()]).collect();
         Self { campaign, picked, worst }
@@ -51,18 +54,18 @@ impl<'a> TraceSelection<'a> {
                 }
                 _ => continue,
             };
-            self.picked.entry(row.run).or_insert_with(|| (input_of(row), reason.to_owned()));
+            self.picked.entry(row.run).or_insert_with(|| ((row.run, params_of(row)), reason.to_owned()));
         }
     }
 
-    fn see_margins(worst: &mut [[Vec<(f64, RunInput)>; 2]], row: &RunRow, count: usize) {
+    fn see_margins(worst: &mut [[Vec<(f64, AppliedRun)>; 2]], row: &RunRow, count: usize) {
         for (at, worst) in worst.iter_mut().enumerate() {
             for (worst, side) in worst.iter_mut().zip([&row.space, &row.hil]) {
                 let Some(margin) = side.requirements[at].margin else { continue };
                 // Rows come in order of their runs: of equal margins the first run stays.
                 let place = worst.partition_point(|(other, _)| *other <= margin);
                 if place < count {
-                    worst.insert(place, (margin, input_of(row)));
+                    worst.insert(place, (margin, (row.run, params_of(row))));
                     worst.truncate(count);
                 }
             }
@@ -75,8 +78,8 @@ impl<'a> TraceSelection<'a> {
         for (requirement, worst) in self.campaign.requirements.iter().zip(self.worst).rev() {
             let [in_space, on_facility] = worst;
             for (place, worst) in [(" on the facility", on_facility), ("", in_space)] {
-                for (_, input) in worst {
-                    picked.insert(input.run, (input, format!("worst {}{place}", requirement.id)));
+                for (_, run) in worst {
+                    picked.insert(run.0, (run, format!("worst {}{place}", requirement.id)));
                 }
             }
         }
@@ -92,7 +95,8 @@ pub(crate) fn write_traces(
     index: &ShardIndex,
     kept: Vec<KeptTrace>,
 ) -> Result<()> {
-    kept.into_par_iter().try_for_each(|(input, kept_as)| {
+    kept.into_par_iter().try_for_each(|((run, params), kept_as)| {
+        let input = builder.input(run, Some(params))?;
         let (_, trace) = record(builder, folder.campaign.traces.every_ticks, input, kept_as);
         Ok(write_trace(&folder.path, &trace, provenance, index)?)
     })
@@ -102,6 +106,7 @@ pub(crate) fn write_traces(
 pub(crate) fn record(builder: &RowBuilder, every_ticks: u32, input: RunInput, kept_as: String) -> (Finished, Trace) {
     let channels = signals();
     let every = u64::from(every_ticks.max(1));
+    let run = input.run;
     let (mut time, mut values, mut tick) = (Vec::new(), vec![Vec::new(); channels.len()], 0);
     let finished = cpu::replay(&builder.job, input, &mut |signals| {
         tick += 1;
@@ -118,5 +123,5 @@ pub(crate) fn record(builder: &RowBuilder, every_ticks: u32, input: RunInput, ke
         description: channel.description,
         values,
     });
-    (finished, Trace { run: input.run, kept_as, time, signals: signals.collect() })
+    (finished, Trace { run, kept_as, time, signals: signals.collect() })
 }

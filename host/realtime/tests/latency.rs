@@ -18,7 +18,7 @@ fn measured(between: Between, seconds: f64, realtime: Realtime) -> Latency {
     let campaign: Campaign = softdock_campaign::load(&shipped("probe_drogue.toml")).expect("a shipped campaign");
     let station = Station::load(&shipped("facilities/reference.toml")).expect("the shipped facility");
     let run = 1244;
-    let params = campaign.draw(run).params;
+    let params = campaign.draw(run).expect("a draw").params;
     let plant = Arc::new(Plant::new(campaign.scenario.model.clone()));
     let task = SessionTask { armed: true, ..SessionTask::new(plant, Arc::new(station), run, params) };
     measure(&task, philox::key(campaign.seed), between, seconds, realtime).expect("a measurement")

@@ -43,7 +43,7 @@ fn docking() -> (SessionTask, World) {
     model.facility.rules = rules.clone();
     let plant = Arc::new(Plant::new(model));
     let (run, key) = (1244, philox::key(campaign.seed));
-    let params = campaign.draw(run).params;
+    let params = campaign.draw(run).expect("a draw").params;
     let world = World::new(&plant, &station, key, run, &params, Wrench::zero()).expect("in reach");
     (SessionTask { armed: true, ..SessionTask::new(plant, Arc::new(station), run, params) }, world)
 }
@@ -120,7 +120,7 @@ fn emulated_robots_of_all_kinds() {
     for file in ["smoke.toml", "smoke_joint.toml", "probe_drogue.toml"] {
         let campaign: Campaign = softdock_campaign::load(&shipped(file)).expect("a shipped campaign");
         let plant = Arc::new(Plant::new(campaign.scenario.model.clone()));
-        let params = campaign.draw(0).params;
+        let params = campaign.draw(0).expect("a draw").params;
         let mut facility = emulated_facility(&plant, philox::key(campaign.seed), 0, &params);
         let mut computer = simulation_computer(&plant, 0, &params, TouchThreshold { touch_force: 5.0, hold_back: 1 });
         for _ in 0..2_000 {

@@ -5,7 +5,7 @@ use softdock_kernels::metrics::Metrics;
 pub mod columns;
 mod schema;
 
-pub use schema::{CustomMetricColumn, RequirementColumn, RunsSchema, input_fields, metric_fields};
+pub use schema::{CustomMetricColumn, KeyColumn, RequirementColumn, RunsSchema, input_fields, metric_fields};
 
 /// What became of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -92,7 +92,9 @@ fn every_column_of_the_contract_exists_with_unit_and_meaning() {
     let outcomes = 2 * 6;
     let metrics = 2 * metric_fields().len() - 1;
     let custom = 2;
-    let expected = 5 + input_fields().len() + 1 + outcomes + metrics + custom + 4 * schema().requirements().len();
+    let keys = 1;
+    let expected =
+        5 + input_fields().len() + keys + 1 + outcomes + metrics + custom + 4 * schema().requirements().len();
     assert_eq!(table.columns.len(), expected);
     assert!(table.columns.iter().all(|column| !column.unit.is_empty() && !column.description.is_empty()));
     assert_eq!(table.column("space_margin_dck_010").unwrap().unit, "N");

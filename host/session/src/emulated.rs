@@ -243,8 +243,9 @@ impl Source {
             }
             Some(choice) => {
                 let campaign = Campaign::load(&options.scenario)?;
+                campaign.refuse_keys("an emulated facility")?;
                 let (run, _) = chosen_run(&campaign, choice)?;
-                let params = campaign.draw(run).params;
+                let params = campaign.draw(run)?.params;
                 (campaign.scenario, params, campaign.seed, run)
             }
         };

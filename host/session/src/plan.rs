@@ -112,6 +112,7 @@ impl SessionPlan {
     /// options contradict each other.
     pub fn new(options: SessionOptions) -> Result<Self> {
         let campaign = Campaign::load_with(&options.campaign, options.model.as_deref())?;
+        campaign.refuse_keys("a session")?;
         let station = facility_of(&campaign.scenario, options.facility.as_deref())?;
         refuse_other_rules(&campaign.scenario, &station)?;
         let (run, repeats) = chosen_run(&campaign, &options.run)?;
@@ -133,7 +134,7 @@ impl SessionPlan {
             to_start: options.to_start || !any_real || !armed,
             check_only: options.mode == SessionMode::CheckOnly,
             retract: options.retract,
-            ..SessionTask::new(plant, Arc::new(station), run, campaign.draw(run).params)
+            ..SessionTask::new(plant, Arc::new(station), run, campaign.draw(run)?.params)
         };
         if options.effects.is_some() && any_real {
             let remedy = "pass the effects file to `softdock emulate`";

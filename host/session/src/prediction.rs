@@ -85,10 +85,11 @@ impl SessionPlan {
             .into_par_iter()
             .map(|k| {
                 // The draws after this one, so that the result is reproducible.
-                let facility = campaign.draw((task.run + 1 + k) % campaign.runs).params;
-                expect(task, key, &facility, cycle).map(|expected| (expected.metrics, passes(task, &expected)))
+                let facility = campaign.draw((task.run + 1 + k) % campaign.runs)?.params;
+                let expected = expect(task, key, &facility, cycle)?;
+                Ok((expected.metrics, passes(task, &expected)))
             })
-            .collect::<std::result::Result<_, _>>()?;
+            .collect::<Result<_>>()?;
         let columns: Vec<Vec<f64>> = all.iter().map(|(metrics, _)| to_vec(metrics)).collect();
         let lines = fields::<f64, Metrics<f64>>().into_iter().zip(to_vec(metrics)).enumerate();
         let is_measured =

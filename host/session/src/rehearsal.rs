@@ -32,6 +32,7 @@ pub struct RehearsedRun {
 /// # Errors
 /// If the facility file cannot be used or a log cannot be written.
 pub fn rehearse_runs(campaign: &Campaign, facility: &Path, folder: &Path) -> Result<Vec<RehearsedRun>> {
+    campaign.refuse_keys("a rehearsal")?;
     let station = Arc::new(Station::load(facility)?);
     let plant = Arc::new(Plant::new(campaign.scenario.model.clone()));
     let count = REHEARSED.min(campaign.runs);
@@ -39,7 +40,7 @@ pub fn rehearse_runs(campaign: &Campaign, facility: &Path, folder: &Path) -> Res
     let rehearsed: Result<Vec<Option<RehearsedRun>>> = runs
         .into_par_iter()
         .map(|run| {
-            let params = campaign.draw(run).params;
+            let params = campaign.draw(run)?.params;
             let task = SessionTask::new(Arc::clone(&plant), Arc::clone(&station), run, params);
             let log = folder.join(format!("{run}.parquet"));
             Ok(is_completed(campaign, &task, &log)?.then_some(RehearsedRun { run, log }))

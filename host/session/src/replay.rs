@@ -68,6 +68,7 @@ impl SessionLog {
         let optional = |key: &str| self.log.prologue.provenance.get(key);
         let model = files.model.clone().or_else(|| optional("model").map(PathBuf::from));
         let campaign = Campaign::load_with(&campaign, model.as_deref())?;
+        campaign.refuse_keys("a session")?;
         if campaign.hash != stated("campaign_hash")? {
             return Err(SessionError::refused(
                 "the campaign differs from that of the session: its text, or that of its model, has changed",
@@ -82,7 +83,7 @@ impl SessionLog {
             to_start: stated("to_start")? == "true",
             check_only: optional("check_only").is_some_and(|value| value == "true"),
             retract: optional("retract_m").map_or(Ok(0.0), |value| number(value))?,
-            ..SessionTask::new(plant, station, run, campaign.draw(run).params)
+            ..SessionTask::new(plant, station, run, campaign.draw(run)?.params)
         };
         let robot = Capabilities { cycle, master: true, rail: true, torque: false, pose: true };
         let replayed = replay(task, [robot; 2], self.log.records.iter().copied())?;

@@ -78,7 +78,7 @@ pub(crate) fn schema() -> RunsSchema {
         id: requirement.column_id(),
         unit: requirement.unit().to_owned(),
     };
-    RunsSchema::new(Vec::new(), requirements().iter().map(column).collect())
+    RunsSchema::new(Vec::new(), Vec::new(), requirements().iter().map(column).collect())
 }
 
 /// A uniform number of [0, 1) from a run and a stream (SplitMix64).

@@ -75,8 +75,7 @@ pub(crate) fn read(c: &mut Checker, file: &ScenarioFile) -> Bodies {
 
 fn read_arm(c: &mut Checker, table: &ArmTable, file: &ScenarioFile, part_a: Pose<f64>, bodies: &mut Bodies) {
     let mount = c.pose(&table.position, &table.rotation);
-    let path = c.source.sibling(&table.urdf.value);
-    let source = match Source::read(&path, Some((&c.source, table.urdf.span.clone()))) {
+    let source = match c.read_beside(&table.urdf) {
         Ok(source) => source,
         Err(problems) => return c.problems.extend(problems),
     };

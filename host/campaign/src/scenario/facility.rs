@@ -79,14 +79,10 @@ pub(crate) fn read(
 /// The facility whose rules end and stop a session; none if the scenario has no rules.
 pub(crate) fn station(c: &mut Checker, table: &At<FacilityTable>) -> Option<Station> {
     match (&table.value.file, &table.value.session_rules) {
-        (Some(written), None) => {
-            let path = c.source.sibling(&written.value);
-            let place = Some((&c.source, written.span.clone()));
-            match Source::read(&path, place).and_then(Station::from_source) {
-                Ok(station) => return Some(station),
-                Err(problems) => c.problems.extend(problems),
-            }
-        }
+        (Some(written), None) => match c.read_beside(written).and_then(Station::from_source) {
+            Ok(station) => return Some(station),
+            Err(problems) => c.problems.extend(problems),
+        },
         (None, Some(written)) => c.choice(written, &[("none", ())]),
         (Some(_), Some(written)) => {
             let message = "the rules of a session are written twice: here and by `facility.file`";

@@ -39,8 +39,7 @@ pub(crate) fn read(c: &mut Checker, table: &JointLevelTable, p: &mut Params<f64>
         *(if robot == "robot1" { &mut p.robot1 } else { &mut p.robot2 }) = drives;
     }
     let mounts = [&table.robot1, &table.robot2].map(|table| mount(c, &table.value));
-    let path = c.source.sibling(&table.robot.value);
-    let source = match Source::read(&path, Some((&c.source, table.robot.span.clone()))) {
+    let source = match c.read_beside(&table.robot) {
         Ok(source) => source,
         Err(problems) => {
             c.problems.extend(problems);

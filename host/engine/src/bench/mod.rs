@@ -108,7 +108,7 @@ pub fn cost_of_rules(engine: &mut dyn Engine, runs: u64, seconds: f64, pairs: us
 
 fn measure(engine: &mut dyn Engine, scene: Scene, runs: u64, ticks: u32) -> Result<f64, EngineError> {
     let job = scene.job(ticks);
-    let inputs: Vec<RunInput> = (0..runs).map(|run| RunInput { run, params: job.plant.nominal }).collect();
+    let inputs: Vec<RunInput> = (0..runs).map(|run| RunInput::new(run, job.plant.nominal)).collect();
     let began = Instant::now();
     let rows = engine.run(&job, &inputs, &|_| true)?;
     let seconds = began.elapsed().as_secs_f64();

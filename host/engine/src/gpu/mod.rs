@@ -164,6 +164,9 @@ impl Engine for GpuEngine {
         progress: &(dyn Fn(&[Finished]) -> bool + Sync),
     ) -> Result<Vec<Finished>, EngineError> {
         self.check()?;
+        if runs.iter().any(|run| run.plant.is_some()) {
+            return Err(EngineError::OwnPlants);
+        }
         let mut farm = Farm::new(self, job, runs.len().clamp(1, self.lanes()))?;
         let mut waiting = runs.iter();
         let mut out = Vec::with_capacity(runs.len());

@@ -207,7 +207,7 @@ mod tests {
         let campaign = softdock_campaign::load(&file).expect("the shipped campaign");
         let plant = Arc::new(Plant::new(campaign.scenario.model.clone()));
         let station = campaign.scenario.station.as_ref().expect("it names its facility");
-        let params = campaign.draw(1244).params;
+        let params = campaign.draw(1244).expect("a draw").params;
         World::new(&plant, station, philox::key(1), 1244, &params, Wrench::zero()).expect("in reach")
     }
 

@@ -88,7 +88,7 @@ impl Setting {
     /// A run of a campaign on the reference facility.
     pub(crate) fn draw(campaign: &Campaign, run: u64) -> Self {
         let plant = Arc::new(Plant::new(campaign.scenario.model.clone()));
-        let (seed, params) = (campaign.seed, campaign.draw(run).params);
+        let (seed, params) = (campaign.seed, campaign.draw(run).expect("a draw").params);
         Self {
             seed,
             plant,

@@ -30,7 +30,7 @@ fn computer_and_facility_reproduce_the_farm_bit_for_bit() {
         }
         let plant = Arc::new(Plant::new(model));
         for run in runs {
-            let params = campaign.draw(run).params;
+            let params = campaign.draw(run).expect("a draw").params;
             let farm = farm_run(&plant, campaign.seed, run, params);
             let mut computer =
                 simulation_computer(&plant, run, &params, TouchThreshold { touch_force: 1e-9, hold_back: 0 });

@@ -7,7 +7,9 @@ use softdock_kernels::params::Params;
 use super::{
     AGREEMENT_WORDS, Cause, LoopRow, OUTCOME_WORDS, Outcome, PHASE_WORDS, RequirementResult, RunRow, STATUS_WORDS,
 };
-use crate::runs::columns::{self, AGREEMENT, ColumnError, EFFECTIVE_MASS, FLAGS, Loop, NO_CAUSE, OUTER, RUN, STATUS};
+use crate::runs::columns::{
+    self, AGREEMENT, ColumnError, ColumnHandle, EFFECTIVE_MASS, FLAGS, Loop, NO_CAUSE, OUTER, RUN, STATUS,
+};
 use crate::table::{Column, ColumnKind, Table, Values};
 
 /// What the runs table must know of a requirement.
@@ -30,12 +32,27 @@ pub struct CustomMetricColumn {
     pub meaning: String,
 }
 
+/// What the runs table must know of a key of the scenario that each run has for itself.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct KeyColumn {
+    /// Name of the column, with its unit as a suffix.
+    pub column: String,
+    /// Unit.
+    pub unit: String,
+    /// Which key it is.
+    pub meaning: String,
+}
+
 /// The columns of a campaign's runs.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RunsSchema {
+    keys: Vec<KeyColumn>,
     custom_metrics: Vec<CustomMetricColumn>,
     requirements: Vec<RequirementColumn>,
 }
+
+/// Source of the columns of keys of the scenario.
+const KEY_SOURCE: &str = "campaign, key of the scenario";
 
 /// Source of the columns of a campaign's custom metrics.
 const CUSTOM_SOURCE: &str = "campaign, custom metric";
@@ -90,9 +107,13 @@ impl MetricColumn {
 }
 
 impl RunsSchema {
-    /// The schema of a campaign with these custom metrics and these requirements.
-    pub fn new(custom_metrics: Vec<CustomMetricColumn>, requirements: Vec<RequirementColumn>) -> Self {
-        Self { custom_metrics, requirements }
+    /// The schema of a campaign with these keys of the scenario, custom metrics and requirements.
+    pub fn new(
+        keys: Vec<KeyColumn>,
+        custom_metrics: Vec<CustomMetricColumn>,
+        requirements: Vec<RequirementColumn>,
+    ) -> Self {
+        Self { keys, custom_metrics, requirements }
     }
 
     /// The schema of a runs table, from its columns.
@@ -107,7 +128,13 @@ impl RunsSchema {
             let meaning = column.description.strip_suffix(&place).unwrap_or(&column.description);
             Some(CustomMetricColumn { column: name.to_owned(), unit: column.unit.clone(), meaning: meaning.to_owned() })
         };
+        let key = |column: &Column| KeyColumn {
+            column: column.name.clone(),
+            unit: column.unit.clone(),
+            meaning: column.description.clone(),
+        };
         Self {
+            keys: table.columns.iter().filter(|column| column.source == KEY_SOURCE).map(key).collect(),
             custom_metrics: table.columns.iter().filter_map(own).collect(),
             requirements: table.columns.iter().filter_map(requirement).collect(),
         }
@@ -132,6 +159,11 @@ impl RunsSchema {
                 values,
             )
         }));
+        let parameters = columns.len() - head(&[]).len();
+        columns.extend(self.keys.iter().enumerate().map(|(at, key)| {
+            let values = Values::F64(rows.iter().map(|row| Some(row.inputs[parameters + at])).collect());
+            column(&key.column, &key.unit, &key.meaning, KEY_SOURCE, ColumnKind::Input, values)
+        }));
         let effective = Values::F64(rows.iter().map(|row| row.effective_mass).collect());
         let meaning = "effective mass along the contact normal at first touch";
         columns.push(column(EFFECTIVE_MASS.name(), "kg", meaning, "monitor", ColumnKind::Metric, effective));
@@ -147,7 +179,9 @@ impl RunsSchema {
 
     /// Columns to rows, or what the table lacks.
     pub fn rows(&self, table: &Table) -> Result<Vec<RunRow>, ColumnError> {
-        let inputs = input_fields().into_iter().map(|field| table.get(&columns::input(&field)));
+        let keys = self.keys.iter().map(|key| ColumnHandle::named(key.column.clone()));
+        let inputs = input_fields().iter().map(columns::input).chain(keys).collect::<Vec<_>>();
+        let inputs = inputs.iter().map(|column| table.get(column));
         let inputs = inputs.collect::<Result<Vec<_>, _>>()?;
         let effective = table.get(&EFFECTIVE_MASS)?;
         let [space, hil] = Loop::BOTH.map(|side| self.read_loop(table, side));

@@ -5,8 +5,8 @@ use std::path::Path;
 use softdock_kernels::fields::from_slice;
 use softdock_kernels::metrics::flags;
 use softdock_results::runs::{
-    Agreement, Cause, CustomMetricColumn, LoopRow, Outcome, Phase, RequirementColumn, RequirementResult, RunRow,
-    RunsSchema, Status, input_fields, metric_fields,
+    Agreement, Cause, CustomMetricColumn, KeyColumn, LoopRow, Outcome, Phase, RequirementColumn, RequirementResult,
+    RunRow, RunsSchema, Status, input_fields, metric_fields,
 };
 use softdock_results::shards::{Origin, Provenance, ShardPlan, write_shard};
 
@@ -16,7 +16,12 @@ pub(crate) const PLAN: ShardPlan = ShardPlan { runs: 25, shard_runs: 10 };
 /// One requirement on a force.
 pub(crate) fn schema() -> RunsSchema {
     let own = CustomMetricColumn { column: "share".to_owned(), unit: "1".to_owned(), meaning: "a share".to_owned() };
-    RunsSchema::new(vec![own], vec![RequirementColumn { id: "dck_010".to_owned(), unit: "N".to_owned() }])
+    let key = KeyColumn {
+        column: "in_scenario_latch_depth_m".to_owned(),
+        unit: "m".to_owned(),
+        meaning: "`scenario.latch.depth`".to_owned(),
+    };
+    RunsSchema::new(vec![key], vec![own], vec![RequirementColumn { id: "dck_010".to_owned(), unit: "N".to_owned() }])
 }
 
 /// Where the made-up runs come from.
@@ -72,7 +77,7 @@ pub(crate) fn row(run: u64) -> RunRow {
         status: if invalid { Status::Invalid } else { status },
         agreement: if invalid { Agreement::Invalid } else { Agreement::of(space_pass, answer) },
         flags: if invalid { flags::SPACE_NON_FINITE } else { 0 },
-        inputs: (0..input_fields().len()).map(number).collect(),
+        inputs: (0..=input_fields().len()).map(number).collect(),
         effective_mass: (!invalid).then_some(number(2)),
         space: ended(judged(space_pass), space, Some(space_pass)),
         hil: ended(answer.map_or(Outcome::Aborted, judged), hil, answer),

@@ -47,7 +47,9 @@ impl FacilityModel {
     /// Parameters of the facility of a drive.
     fn params(&self, log: &DriveLog) -> Params<f64> {
         match (self, log.run) {
-            (Self::Campaign(campaign), Some(run)) if run < campaign.runs => campaign.draw(run).params,
+            (Self::Campaign(campaign), Some(run)) if run < campaign.runs => {
+                campaign.draw(run).expect("no keys of the scenario are dispersed").params
+            }
             _ => self.scenario().model.nominal,
         }
     }
