@@ -110,7 +110,7 @@ struct FacilityLanes<L: Lane> {
 
 #[inline(always)]
 fn still<L: Lane, const N: usize>() -> Actuation<L, N> {
-    Actuation { thrust: Vec3::zero(), torque: Vec3::zero(), joint: [L::lit(0.0); N] }
+    Actuation { braked: L::lit(0.0), thrust: Vec3::zero(), torque: Vec3::zero(), joint: [L::lit(0.0); N] }
 }
 
 #[inline(always)]
@@ -191,7 +191,16 @@ impl<L: Lane, const N: usize> Tile<L, N> {
             let Interface { pairs, watch: seen, states } = &mut s.interface;
             update_kinematics(m, &s.masses, bodies, k);
             if substep == 0 {
-                u = guide(m, p, &s.masses, &bodies.arm, bodies.chaser.attitude, k, monitor::touched(seen));
+                u = guide(
+                    m,
+                    p,
+                    &s.masses,
+                    &bodies.arm,
+                    &bodies.drives,
+                    bodies.chaser.attitude,
+                    k,
+                    monitor::touched(seen),
+                );
             }
             let time = L::lit(f64::from(substep) * m.timing.substep) + now;
             let touch = touch_points(m, pairs, &k.parts, states, live);
@@ -233,7 +242,7 @@ impl<L: Lane, const N: usize> Tile<L, N> {
         let before = if all::<L>(live) { None } else { Some(s.bodies) };
         let (k, bodies, mut energy) = (&mut s.kinematics, &mut s.bodies, s.interface.watch.port_energy);
         let touched = monitor::touched(&s.interface.watch);
-        let u = guide(m, p, &s.masses, &bodies.arm, bodies.chaser.attitude, k, touched);
+        let u = guide(m, p, &s.masses, &bodies.arm, &bodies.drives, bodies.chaser.attitude, k, touched);
         for substep in 0..m.timing.substeps {
             if substep > 0 {
                 update_kinematics(m, &s.masses, bodies, k);

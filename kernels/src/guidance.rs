@@ -2,7 +2,8 @@
 
 use crate::chain::dynamics::Course;
 use crate::chain::inertia::Force;
-use crate::model::{ArmControl, Thrust};
+use crate::manipulator::ArmDrives;
+use crate::model::{ArmControl, Brakes, Thrust};
 use crate::params::Params;
 use crate::plant::Plant;
 use crate::real::Real;
@@ -16,11 +17,13 @@ pub fn guide<R: Real, const N: usize>(
     p: &Params<R>,
     masses: &Masses<R>,
     arm: &Arm<R, N>,
+    drives: &ArmDrives<R, N>,
     base: Quat<R>,
     k: &Kinematics<R, N>,
     touched: R,
 ) -> Actuation<R, N> {
     let (thrust, torque) = approach(m, p.closing_speed, &k.parts, touched);
+    let arm = &seen(m, arm, drives);
     let joint = match m.guidance.arm {
         ArmControl::JointPd { stiffness, damping } => {
             let mut torque = [R::lit(0.0); N];
@@ -39,7 +42,25 @@ pub fn guide<R: Real, const N: usize>(
         }
         ArmControl::CartesianImpedance { .. } => cartesian_impedance(m, masses, arm, base, k),
     };
-    Actuation { thrust, torque, joint }
+    let braked = match m.brakes {
+        Brakes::Open => R::lit(0.0),
+        Brakes::Closed => R::lit(1.0),
+        Brakes::CloseAtTouch => touched,
+    };
+    Actuation { braked, thrust, torque, joint }
+}
+
+/// The joints as their encoders show them: on the motors, where there are any.
+#[inline(always)]
+fn seen<R: Real, const N: usize>(m: &Plant, arm: &Arm<R, N>, drives: &ArmDrives<R, N>) -> Arm<R, N> {
+    let mut seen = *arm;
+    if !m.drives.is_empty() {
+        for i in 0..N {
+            seen.angle[i] = arm.angle[i] + drives.windup[i];
+            seen.rate[i] = drives.motor_rate[i];
+        }
+    }
+    seen
 }
 
 /// PD of part A towards part B: speed along the axis, place across it, attitude; nothing after touch.

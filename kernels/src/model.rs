@@ -3,8 +3,8 @@
 //! A stage reads them as literals: on the CPU they are broadcast, in a trace they fold into the WGSL.
 //! What may vary from run to run is not here but in [`Params`].
 
-use crate::manipulator::Manipulator;
 use crate::manipulator::cell::{AXES, Carriage, Mount, Servo};
+use crate::manipulator::{ArmDrive, Manipulator};
 pub use crate::material::NormalLaw;
 use crate::material::Pair;
 use crate::params::Params;
@@ -47,6 +47,10 @@ pub struct Model {
     pub links: Vec<Link>,
     /// Pose of part A in the last link's frame (in the base's body frame if there is no link).
     pub tool: Pose<f64>,
+    /// Drives of the joints; none: the controller's torques act on the joints themselves.
+    pub drives: Vec<ArmDrive>,
+    /// When the arm's brakes close.
+    pub brakes: Brakes,
     /// Start angles of the joints, also the posture that the arm controllers hold \[rad\].
     pub start_angles: Vec<f64>,
     /// The target: inertia about its centre of mass, body axes; nominal mass is in `nominal`.
@@ -86,6 +90,8 @@ impl Model {
             base_pose: Pose { position: vec3(-gap, 0.0, 0.0), attitude: Quat::identity() },
             links: Vec::new(),
             tool: Pose::identity(),
+            drives: Vec::new(),
+            brakes: Brakes::Open,
             start_angles: Vec::new(),
             target_inertia: inertia,
             target_pose: Pose::identity(),
@@ -162,6 +168,17 @@ pub struct Link {
     pub com: Vec3<f64>,
     /// Inertia about the centre of mass, link axes \[kg m^2\].
     pub inertia: Sym3<f64>,
+}
+
+/// When the brakes of an arm are closed; its motors are off then.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Brakes {
+    /// Never.
+    Open,
+    /// From the start.
+    Closed,
+    /// From the first touch, as the loop has it.
+    CloseAtTouch,
 }
 
 /// One of the two parts.
@@ -350,6 +367,8 @@ pub enum Shape {
         depth: f64,
         /// Width and height of the 45 degree chamfer \[m\]; 0 = none.
         chamfer: f64,
+        /// Contact points on the edge of the hole, behind the chamfer.
+        points: usize,
     },
 }
 
@@ -763,6 +782,8 @@ pub struct Task {
     pub max_time: f64,
     /// Success needs a restitution of at most this.
     pub max_restitution: f64,
+    /// Success needs an insertion of at least this \[m\]; minus infinity = none.
+    pub min_insertion: f64,
     /// A run is over this long after the parts have separated \[s\]; infinite = never.
     pub end_after_separation: f64,
     /// A loop is over this long after capture, in space and on the facility \[s\]; infinite = never.
@@ -780,6 +801,7 @@ impl Task {
         max_interface_force: f64::INFINITY,
         max_time: f64::INFINITY,
         max_restitution: f64::INFINITY,
+        min_insertion: f64::NEG_INFINITY,
         end_after_separation: f64::INFINITY,
         end_after_capture: [f64::INFINITY; 2],
         max_depth: 1e6,

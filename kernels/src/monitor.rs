@@ -14,6 +14,7 @@ bundle! {
     Touch {
         wrench: Wrench<R>, "1", "contact wrench on part A about A's origin, inertial axes";
         force: R, "N", "largest normal force of a point";
+        sum: R, "N", "normal forces of all points, whatever their directions";
         depth: R, "m", "largest overlap";
         normal: Vec3<R>, "1", "normal at the most loaded point";
         lever: Vec3<R>, "m", "most loaded point from A's origin";
@@ -25,6 +26,16 @@ bundle! {
     Peak {
         square: R, "1", "square of the greatest magnitude";
         time: R, "s", "time of it, -1 before";
+    }
+}
+
+bundle! {
+    /// Part A standing between opposite contacts of part B; kept where an insertion is judged.
+    Jam {
+        begin: R, "s", "time at which it came to stand, -1 while it moves";
+        duration: R, "s", "longest time that it stood";
+        push: R, "N", "contact force of that time, the push that is balanced";
+        squeeze: R, "N", "force with which opposite contacts pressed each other then";
     }
 }
 
@@ -57,6 +68,8 @@ bundle! {
         capture_time: R, "s", "time of capture, -1 before";
         capture_offset: R, "m", "radial offset at capture, -1 before";
         miss_distance: R, "m", "least distance of the latch point from its seat";
+        insertion: R, "m", "farthest that part A's origin came beyond part B's, along part B's x axis";
+        jam: Jam<R>, "1", "part A standing in part B";
         contact_work: R, "J", "work of the contact (latch excluded) on the parts";
         absorbed: R, "J", "largest energy stored in the contact";
         push: Wrench<R>, "1", "contact wrench of the last substep (latch excluded), for the work of the next";
@@ -101,7 +114,7 @@ pub fn touched<R: Real>(watch: &Watch<R>) -> R {
 #[inline(always)]
 pub fn no_touch<R: Real>() -> Touch<R> {
     let (zero, none) = (R::lit(0.0), Vec3::zero());
-    Touch { wrench: Wrench::zero(), force: zero, depth: R::lit(-1.0e3), normal: none, lever: none }
+    Touch { wrench: Wrench::zero(), force: zero, sum: zero, depth: R::lit(-1.0e3), normal: none, lever: none }
 }
 
 /// With one point more.
@@ -111,6 +124,7 @@ pub fn gather<R: Real>(sum: &Touch<R>, c: &PointContact<R>) -> Touch<R> {
     Touch {
         wrench: sum.wrench + c.wrench,
         force: R::select(more, c.force, sum.force),
+        sum: sum.sum + c.force,
         depth: sum.depth.max(c.depth),
         normal: Vec3::select(more, c.normal, sum.normal),
         lever: Vec3::select(more, c.lever, sum.lever),
@@ -161,6 +175,8 @@ pub fn new_watch<R: Real>() -> Watch<R> {
         capture_time: never,
         capture_offset: never,
         miss_distance: R::lit(FAR),
+        insertion: R::lit(-FAR),
+        jam: Jam { begin: never, duration: zero, push: never, squeeze: never },
         contact_work: zero,
         absorbed: zero,
         push: Wrench::zero(),
@@ -208,6 +224,7 @@ pub fn observe<R: Real>(
     let step_work = port_power(parts, mean) * dt;
     let work = s.contact_work + step_work;
     let closes = zero.lt(latch.closed) & s.closed.le(zero);
+    let advance = parts.b.attitude.rotate_back(parts.a.position - parts.b.position).x;
     Watch {
         touch_time: R::select(first, time, s.touch_time),
         normal,
@@ -235,11 +252,44 @@ pub fn observe<R: Real>(
         capture_time: R::select(closes, time, s.capture_time),
         capture_offset: R::select(closes, latch.offset, s.capture_offset),
         miss_distance: s.miss_distance.min(latch.distance),
+        insertion: s.insertion.max(advance),
+        jam: if is_insertion(m) { jammed(&s.jam, time, parts, touch) } else { s.jam },
         contact_work: work,
         absorbed: s.absorbed.max(-work),
         push: touch.wrench,
         hardware_energy: port_power(parts, latch.wrench).mul_add(dt, s.hardware_energy + step_work),
         ..*s
+    }
+}
+
+/// Whether the task is an insertion.
+fn is_insertion(m: &Plant) -> bool {
+    m.task.min_insertion.is_finite()
+}
+
+/// Slower than this a part stands \[m/s\].
+const STANDING: f64 = 1e-4;
+
+/// Share of the contact forces that opposite contacts of a part that jams have at least against each other.
+const OPPOSITE: f64 = 0.25;
+
+/// Part A stands where opposite contacts press it: their forces take each other away, and what is left balances the push.
+#[inline(always)]
+fn jammed<R: Real>(s: &Jam<R>, time: R, parts: &Parts<R>, touch: &Touch<R>) -> Jam<R> {
+    let (zero, never) = (R::lit(0.0), R::lit(-1.0));
+    let net = touch.wrench.force.norm();
+    let squeeze = touch.sum - net;
+    let speed = sliding_velocity(&parts.a, &parts.b, Vec3::zero()).norm();
+    let stands = speed.lt(R::lit(STANDING)) & (touch.sum * R::lit(OPPOSITE)).lt(squeeze);
+    let stood = zero.le(s.begin);
+    let begin = R::select(stands, R::select(stood, s.begin, time), never);
+    let duration = R::select(stands, time - begin, zero);
+    let longest = s.duration.lt(duration);
+    Jam {
+        begin,
+        duration: s.duration.max(duration),
+        push: R::select(longest, net, s.push),
+        squeeze: R::select(longest, squeeze, s.squeeze),
     }
 }
 
@@ -314,6 +364,10 @@ pub fn metrics<R: Real, const N: usize>(
         capture_time: s.capture_time,
         capture_offset: s.capture_offset,
         miss_distance: miss,
+        insertion: s.insertion,
+        jam_duration: s.jam.duration,
+        jam_push: s.jam.push,
+        jam_squeeze: s.jam.squeeze,
         separation_time: s.separated_at,
         separation_speed: s.separation_speed,
         linear_momentum_error: linear,

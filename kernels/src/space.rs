@@ -10,6 +10,7 @@ use crate::bundle;
 use crate::chain::Turn;
 use crate::chain::dynamics::{Composite, Posture, Reach};
 use crate::chain::inertia::Force;
+use crate::manipulator::{ArmDrives, carried_on, driven};
 use crate::math::sin_cos;
 use crate::modes::{MODES, Mode, Sway, hil_modes, recoil, swayed};
 use crate::params::Params;
@@ -43,6 +44,7 @@ bundle! {
     Bodies<N> {
         chaser: Body<R>, "1", "base and arm together";
         arm: Arm<R, N>, "1", "joints";
+        drives: ArmDrives<R, N>, "1", "drives of the joints";
         target: Body<R>, "1", "target, with what sways in it";
         sway: [Sway<R>; MODES], "1", "hidden modes of the target: slosh, then the appendage", of "P2_slosh", "P3_appendage";
         impulse: Vec3<R>, "N s", "external impulse so far (thrust, test field)";
@@ -94,6 +96,7 @@ bundle! {
         thrust: Vec3<R>, "N", "force on the base at its centre of mass, inertial axes";
         torque: Vec3<R>, "N m", "torque on the base, inertial axes";
         joint: [R; N], "N m", "joint torques";
+        braked: R, "1", "1 while the arm's brakes are closed";
     }
 }
 
@@ -307,8 +310,8 @@ pub fn advance_in_place<R: Real, const N: usize>(
     chaser.spin = turning.scale_add(dt, chaser.spin);
     chaser.com_step = chaser.momentum.scale_add(dt * inverse_mass, chaser.com_step);
 
+    let (joint, gain) = accelerations(m, masses, &s.arm, &mut s.drives, k, u, w, turning);
     let arm = &mut s.arm;
-    let (joint, gain) = accelerations(m, masses, arm, k, u, w, turning);
     for (i, joint) in joint.into_iter().enumerate() {
         arm.rate[i] = joint.mul_add(dt, arm.rate[i]);
         arm.angle[i] = arm.rate[i].mul_add(dt, arm.angle[i]);
@@ -329,12 +332,14 @@ pub fn advance_in_place<R: Real, const N: usize>(
 }
 
 /// Joint accelerations under actuation and a wrench on part A, and what the base's rate gains per second if the
-/// configuration is taken to stand still; `turning` is the moment of all that about O, inertial axes.
+/// configuration is taken to stand still; `turning` is the moment of all that about O, inertial axes. The drives go on.
 #[inline(always)]
+#[expect(clippy::too_many_arguments, reason = "a stage names all that it reads")]
 fn accelerations<R: Real, const N: usize>(
     m: &Plant,
     masses: &Masses<R>,
     arm: &Arm<R, N>,
+    drives: &mut ArmDrives<R, N>,
     k: &Kinematics<R, N>,
     u: &Actuation<R, N>,
     w: Wrench<R>,
@@ -345,7 +350,16 @@ fn accelerations<R: Real, const N: usize>(
     }
     let push = Force { moment: k.axes.transposed_times(u.torque), force: k.axes.transposed_times(u.thrust) };
     let tip = on_last_link(m, &k.parts.a, w);
-    let response = posture(m, masses, &k.turns).response(k.rate, &arm.rate, &u.joint, tip, push);
+    let posture = posture(m, masses, &k.turns);
+    let response = if m.drives.is_empty() {
+        posture.response(k.rate, &arm.rate, &u.joint, tip, push)
+    } else {
+        let dt = m.timing.substep;
+        let driven = driven(&m.drives, dt, drives, &arm.angle, &arm.rate, &u.joint, u.braked);
+        let response = posture.response_geared(k.rate, &arm.rate, (&driven.torque, &driven.armature), tip, push);
+        carried_on(dt, drives, &arm.angle, &arm.rate, &driven, &response.joint);
+        response
+    };
     let drift = response.drift.moment - k.com.cross(response.drift.force);
     (response.joint, response.turning + k.inverse_inertia.times(drift))
 }

@@ -6,8 +6,8 @@ use crate::fields::Bundle;
 use crate::impedance::Admittance;
 use crate::lanes::{Lane, Stage};
 use crate::load::Load;
-use crate::manipulator::DriveParams;
 use crate::manipulator::cell::{Cell, Drives, SetPoint};
+use crate::manipulator::{ArmDrives, DriveParams};
 use crate::material::Pair;
 use crate::metrics::Metrics;
 use crate::monitor::{Touch, Watch};
@@ -65,7 +65,7 @@ staged! {
     /// [`crate::space::advance_in_place`]
     space::advance_in_place<N>(m; masses: &'a Masses<L>, s: &'a mut Bodies<L, N>, k: &'a Kinematics<L, N>, u: &'a Actuation<L, N>, w: Wrench<L>) -> ();
     /// [`crate::guidance::guide`]
-    guidance::guide<N>(m; p: &'a Params<L>, masses: &'a Masses<L>, arm: &'a Arm<L, N>, base: Quat<L>, k: &'a Kinematics<L, N>, touched: L) -> Actuation<L, N>;
+    guidance::guide<N>(m; p: &'a Params<L>, masses: &'a Masses<L>, arm: &'a Arm<L, N>, drives: &'a ArmDrives<L, N>, base: Quat<L>, k: &'a Kinematics<L, N>, touched: L) -> Actuation<L, N>;
     /// [`crate::contact::contact_point`]
     contact::contact_point(m; of: &'a ContactPair, pair: &'a Pair<L>, parts: &'a Parts<L>, point: Point<L>, state: PointState<L>) -> PointContact<L>;
     /// [`crate::contact::latch`]

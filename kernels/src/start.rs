@@ -16,6 +16,7 @@ pub fn start<R: Real, const N: usize>(m: &Plant, p: &Params<R>, masses: &Masses<
     let mut s = Bodies {
         chaser: still(Vec3::zero(), Quat::lit(m.base_pose.attitude)),
         arm: Arm { angle: [zero; N], rate: [zero; N], turn: Vec3::zero() },
+        drives: crate::fields::filled(zero),
         target: still(centre, Quat::lit(m.target_pose.attitude)),
         sway: crate::fields::filled(zero),
         impulse: Vec3::zero(),

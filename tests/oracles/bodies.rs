@@ -15,7 +15,7 @@ const NONE: Wrench<f64> = Wrench { force: vec3(0.0, 0.0, 0.0), moment: vec3(0.0,
 
 /// One free substep under joint torques.
 fn drift<const N: usize>(m: &Plant, masses: Masses<f64>, s: Bodies<f64, N>, joint: [f64; N]) -> Bodies<f64, N> {
-    let u = Actuation { thrust: Vec3::zero(), torque: Vec3::zero(), joint };
+    let u = Actuation { braked: 0.0, thrust: Vec3::zero(), torque: Vec3::zero(), joint };
     settle(advance(m, &masses, &s, &kinematics(m, &masses, &s), &u, NONE))
 }
 

@@ -48,7 +48,7 @@ fn controlled(
     s.arm.rate = rate;
     let none = Wrench { force: Vec3::zero(), moment: Vec3::zero() };
     for _ in 0..ticks {
-        let u = guide(&m, &p, &masses, &s.arm, s.chaser.attitude, &kinematics(&m, &masses, &s), 0.0);
+        let u = guide(&m, &p, &masses, &s.arm, &s.drives, s.chaser.attitude, &kinematics(&m, &masses, &s), 0.0);
         for _ in 0..4 {
             s = advance(&m, &masses, &s, &kinematics(&m, &masses, &s), &u, none);
         }

@@ -138,8 +138,21 @@ impl Dense {
         sum
     }
 
+    /// Place of the tool from the centre of mass of the chaser.
+    pub(super) fn tool_from_com(&self) -> Vec3<f64> {
+        let mass: f64 = self.parts.iter().map(|part| part.mass).sum();
+        let com = self.parts.iter().zip(&self.centres).fold(V::zeros(), |sum, (part, at)| sum + at * part.mass) / mass;
+        let tool = self.tool - com;
+        vec3(tool.x, tool.y, tool.z)
+    }
+
+    /// Angular velocity of the base, inertial axes.
+    pub(super) fn base_rate(&self) -> Vec3<f64> {
+        vec3(self.velocity[3], self.velocity[4], self.velocity[5])
+    }
+
     /// Accelerations of base and joints under actuation and a wrench on the tool.
-    fn accelerations<const N: usize>(&self, u: &Actuation<f64, N>, w: Wrench<f64>) -> DVector<f64> {
+    pub(super) fn accelerations<const N: usize>(&self, u: &Actuation<f64, N>, w: Wrench<f64>) -> DVector<f64> {
         let mut force = self.tool_linear.transpose() * v(w.force) + self.tool_angular.transpose() * v(w.moment);
         let applied = [u.thrust, u.torque].into_iter().flat_map(|a| [a.x, a.y, a.z]).chain(u.joint);
         applied.enumerate().for_each(|(i, push)| force[i] += push);
@@ -190,7 +203,7 @@ fn free_floating_arm_accelerates_as_the_dense_mass_matrix() {
         (s.chaser.momentum, s.chaser.spin) = (vec3(draw(), draw(), draw()) * 20.0, vec3(draw(), draw(), draw()) * 30.0);
         s.arm.angle = std::array::from_fn(|_| 3.0 * draw());
         s.arm.rate = std::array::from_fn(|_| draw());
-        let u: Actuation<f64, 7> = from_slice(&(0..13).map(|_| 20.0 * draw()).collect::<Vec<_>>());
+        let u: Actuation<f64, 7> = from_slice(&(0..14).map(|_| 20.0 * draw()).collect::<Vec<_>>());
         let w: Wrench<f64> = from_slice(&(0..6).map(|_| 50.0 * draw()).collect::<Vec<_>>());
 
         let k = kinematics(&m, &masses, &s);

@@ -34,7 +34,7 @@ impl Peg {
         let mut model = two_bodies(2.5e-5, 1.0, 0.0);
         model.base_pose = at(0.05, 0.0, 0.0);
         model.base_inertia = inertia(1e-3, 1e-3, 1e-3);
-        model.contact.b.solids[0].shape = Shape::Bore { radius: bore, depth: 10.0, chamfer: 0.0 };
+        model.contact.b.solids[0].shape = Shape::Bore { radius: bore, depth: 10.0, chamfer: 0.0, points: 0 };
         model.contact.a.points =
             places.iter().map(|(x, y)| ContactPoint { position: vec3(-x, *y, 0.0), radius: 0.0 }).collect();
         let params = Params {
@@ -57,7 +57,7 @@ impl Peg {
         let (m, masses) = (&self.plant, space_masses(&self.params));
         let k = kinematics(m, &masses, &self.bodies);
         let touch = touch_points(m, &space_pairs(m, &self.params), &k.parts, &mut self.states, true);
-        let u = Actuation { thrust: force, torque: vec3(0.0, 0.0, moment), joint: [] };
+        let u = Actuation { braked: 0.0, thrust: force, torque: vec3(0.0, 0.0, moment), joint: [] };
         self.bodies = settle(advance(m, &masses, &self.bodies, &k, &u, touch.wrench));
         touch
     }
@@ -110,7 +110,7 @@ fn a_squeezed_peg_stays_wedged_only_within_the_friction_cones() {
 /// The length counts along the flank from the tip to the mouth.
 fn two_point_length(peg: f64, bore: f64, tilt: f64) -> f64 {
     let mut model = two_bodies(1e-3, 1.0, 0.0);
-    model.contact.b.solids[0].shape = Shape::Bore { radius: bore, depth: 10.0, chamfer: 0.0 };
+    model.contact.b.solids[0].shape = Shape::Bore { radius: bore, depth: 10.0, chamfer: 0.0, points: 0 };
     let m = Plant::new(model);
     let (along, across) = (vec3(tilt.cos(), tilt.sin(), 0.0), vec3(-tilt.sin(), tilt.cos(), 0.0));
     let clearance = |depth: f64| {

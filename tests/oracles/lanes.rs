@@ -117,6 +117,6 @@ fn order_batch_and_lane_change_no_bit() {
     assert_same("reversed", &whole, &made(InstructionSet::detect(), &job, &reversed));
     let pieces: Vec<_> = runs.chunks(3).flat_map(|part| made(InstructionSet::detect(), &job, part)).collect();
     assert_same("in batches of three", &whole, &pieces);
-    let run = softdock_engine::cpu::replay(&job, runs[13], &mut |_| ());
+    let run = softdock_engine::cpu::replay(&job, runs[13].clone(), &mut |_| ());
     assert_same("replayed", &whole[13..14], &[run]);
 }

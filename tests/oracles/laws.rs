@@ -159,7 +159,7 @@ fn a_block_stands_also_while_its_weight_ripples_by_ten_percent() {
         }
         let touch = touch_points(&m, &pairs, &k.parts, &mut states, true);
         let ripple = 0.1 * weight * (std::f64::consts::TAU * 7.3 * time).sin();
-        let u = Actuation { thrust: vec3(ripple, 0.0, 0.0), torque: Vec3::zero(), joint: [] };
+        let u = Actuation { braked: 0.0, thrust: vec3(ripple, 0.0, 0.0), torque: Vec3::zero(), joint: [] };
         bodies = settle(advance(&m, &masses, &bodies, &k, &u, touch.wrench));
     }
     // The ripple rocks the block about its tilted equilibrium; what counts is that it does not walk.

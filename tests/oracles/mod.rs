@@ -1,5 +1,6 @@
 //! Physics against closed forms: the loop, its contact laws and its bodies.
 
+mod arm_drives;
 mod bench;
 mod bodies;
 mod bounce;

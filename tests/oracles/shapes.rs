@@ -28,7 +28,7 @@ fn sampled(corners: &[[f64; 2]], x: f64, r: f64) -> f64 {
 #[test]
 fn hollow_shapes_have_exact_distances_and_unit_normals_out_of_the_material() {
     let cone = Shape::Cone { mouth: 0.3, bottom: 0.1, depth: 0.25 };
-    let bore = Shape::Bore { radius: 0.15, depth: 0.3, chamfer: 0.05 };
+    let bore = Shape::Bore { radius: 0.15, depth: 0.3, chamfer: 0.05, points: 0 };
     let outlines = [
         (cone, vec![[0.0, 1.5], [0.0, 0.3], [0.25, 0.1], [0.25, 0.0]]),
         (bore, vec![[0.0, 1.5], [0.0, 0.2], [0.05, 0.15], [0.3, 0.15], [0.3, 0.0]]),

@@ -11,10 +11,11 @@ use softdock_kernels::guidance::guide;
 use softdock_kernels::impedance::Admittance;
 use softdock_kernels::load::Load;
 use softdock_kernels::manipulator::cell::{Drives, Feedforward, SetPoint};
+use softdock_kernels::manipulator::{ArmDrive, Drive, Friction, Stops};
 use softdock_kernels::material::Pair;
 use softdock_kernels::model::{
-    ArmControl, Compensator, CompensatorKind, ContactPoint, ImpedanceLaw, MaterialPair, Members, Model, NormalLaw,
-    SensorLoad, Shape, Solid, TestMotion, Thrust, Waveform,
+    ArmControl, Brakes, Compensator, CompensatorKind, ContactPoint, ImpedanceLaw, MaterialPair, Members, Model,
+    NormalLaw, SensorLoad, Shape, Solid, TestMotion, Thrust, Waveform,
 };
 use softdock_kernels::monitor::{Touch, Watch, gather, no_touch, total_wrench};
 use softdock_kernels::params::Params;
@@ -191,9 +192,34 @@ fn crowded(model: &mut Model) {
         max_force: 20.0,
         max_torque: 10.0,
     };
+    model.drives = (0..model.links.len()).map(arm_drive).collect();
+    model.brakes = Brakes::CloseAtTouch;
     compensated(model, CompensatorKind::SecondOrderLead);
     model.orbit_rate = 1.1e-3;
     model.field = vec3(1e-3, 0.0, -2e-3);
+}
+
+/// A drive with everything: every second one with an elastic gear, or with a stop beside the start posture.
+fn arm_drive(joint: usize) -> ArmDrive {
+    let is_elastic = joint.is_multiple_of(2);
+    let gear_stiffness = if is_elastic { 4000.0 } else { f64::INFINITY };
+    let stops = Stops { lower: -1e-3, upper: 2e-3, stiffness: 2e4, damping: 20.0 };
+    ArmDrive {
+        drive: Drive {
+            gear_ratio: 80.0,
+            rotor_inertia: 3e-4,
+            gear_stiffness,
+            gear_damping: 3.0,
+            backlash: 1e-4,
+            torque_limit: 60.0,
+            ..Drive::ideal()
+        },
+        friction: Friction { coulomb: 1.0, viscous: 4.0, stribeck: 0.5, stribeck_speed: 0.02, ..Friction::none() },
+        presliding_travel: 2e-4,
+        speed_limit: 0.3,
+        stops: (!is_elastic).then_some(stops),
+        brake: if is_elastic { 30.0 } else { 0.0 },
+    }
 }
 
 /// The whole feedforward, an impedance with coupled axes and a test motion, so that every stage of the joint level does all that it can.
@@ -215,8 +241,10 @@ fn feed_all_forward(model: &mut Model) {
 
 /// A bore with a chamfer, and a soft end-effector.
 fn bored(model: &mut Model) {
-    model.contact.b.solids =
-        vec![Solid { frame: Pose::identity(), shape: Shape::Bore { radius: 0.03, depth: 0.08, chamfer: 0.01 } }];
+    model.contact.b.solids = vec![Solid {
+        frame: Pose::identity(),
+        shape: Shape::Bore { radius: 0.03, depth: 0.08, chamfer: 0.01, points: 6 },
+    }];
     compensated(model, CompensatorKind::VirtualDamping);
     model.contact.a.points.push(ContactPoint { position: vec3(0.01, 0.0, 0.02), radius: 0.0 });
     model.guidance.arm = ArmControl::CartesianImpedance {
@@ -463,8 +491,9 @@ fn bundle<const N: usize>(
         "Point" => flat(&point_of(&plant.contacts[index % plant.contacts.len()])),
         "Actuation" => {
             let masses = if s.facility { hil_masses(&p) } else { space_masses(&p) };
-            let (arm, base, touched) = (s.bodies.arm, s.bodies.chaser.attitude, f64::from(index as u32 % 2));
-            flat(&guide(plant, &p, &masses, &arm, base, &s.kinematics, touched))
+            let Bodies { arm, drives, chaser, .. } = s.bodies;
+            let touched = f64::from(index as u32 % 2);
+            flat(&guide(plant, &p, &masses, &arm, &drives, chaser.attitude, &s.kinematics, touched))
         }
         "Wrench" => {
             let contact = if argument == "noise" { zero_wrench() } else { total_wrench(&s.touch, &s.latch) };

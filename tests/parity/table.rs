@@ -89,7 +89,7 @@ fn body_rows<const N: usize>() -> Vec<Row<Twin>> {
         kinematics(masses: Masses<f64>, s: Bodies<f64, N>) => space::kinematics(m, &masses, &s), 250.0, "the inverse of the inertia of base and arm, and velocities at the end of six levers";
         parts_of(k: Kinematics<f64, N>) => k.parts, 0.0, COPIED;
         guide(p: Params<f64>, masses: Masses<f64>, s: Bodies<f64, N>, k: Kinematics<f64, N>, watch: Watch<f64>) => {
-            guidance::guide(m, &p, &masses, &s.arm, s.chaser.attitude, &k, monitor::touched(&watch))
+            guidance::guide(m, &p, &masses, &s.arm, &s.drives, s.chaser.attitude, &k, monitor::touched(&watch))
         }, 100.0, "differences of attitudes; inverse dynamics sum forces larger than the torques";
         advance(masses: Masses<f64>, s: Bodies<f64, N>, k: Kinematics<f64, N>, u: Actuation<f64, N>, w: Wrench<f64>)
             => space::advance(m, &masses, &s, &k, &u, w), 30.0, "one step from given kinematics; the arm's accelerations come of a chain of six";

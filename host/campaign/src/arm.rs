@@ -25,6 +25,19 @@ pub(crate) enum BaseMass {
     Ignored,
 }
 
+/// What a URDF states of a joint's drive; none where it states nothing, or 0.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct JointRating {
+    /// Greatest torque \[N m\].
+    pub(crate) effort: Option<f64>,
+    /// Greatest speed \[rad/s\].
+    pub(crate) velocity: Option<f64>,
+    /// Viscous friction \[N m s/rad\].
+    pub(crate) damping: Option<f64>,
+    /// Coulomb friction \[N m\].
+    pub(crate) friction: Option<f64>,
+}
+
 /// A checked arm.
 #[derive(Clone, Debug)]
 pub(crate) struct Arm {
@@ -34,6 +47,8 @@ pub(crate) struct Arm {
     pub(crate) joints: Vec<String>,
     /// Angle limits of the joints \[rad\].
     pub(crate) limits: Vec<(f64, f64)>,
+    /// What the URDF states of their drives.
+    pub(crate) ratings: Vec<JointRating>,
     /// Every URDF link: number of moving joints before it, and its pose in that moving link's frame.
     frames: HashMap<String, (usize, Pose<f64>)>,
     /// Name of the last moving link, or of the root.
@@ -159,6 +174,7 @@ impl<'a> Reader<'a> {
             links: Vec::new(),
             joints: Vec::new(),
             limits: Vec::new(),
+            ratings: Vec::new(),
             frames: HashMap::new(),
             last: root.clone(),
         };
@@ -178,6 +194,7 @@ impl<'a> Reader<'a> {
             let origin = parent.compose(pose(&joint.origin)).compose(turned);
             arm.joints.push(joint.name.clone());
             arm.limits.push(limits(joint));
+            arm.ratings.push(rating(joint));
             arm.last.clone_from(&joint.child.link);
             // The number of links counts this one already, so that its frames are filed under it.
             arm.links.push(Link { origin, mass: 0.0, com: Vec3::zero(), inertia: Sym3::splat(0.0) });
@@ -238,6 +255,12 @@ impl<'a> Reader<'a> {
                 joined.add(link.inertial.mass.value, inertia(link), frame.compose(pose(&link.inertial.origin)));
             }
             for joint in robot.joints.iter().filter(|joint| joint.parent.link == name) {
+                if joint.mimic.is_some() {
+                    let message = format!("joint `{}` mimics another one", joint.name);
+                    let remedy = "make it fixed, or a joint of its own: coupled joints are not simulated";
+                    self.refuse("joint", &joint.name, "mimic", message, remedy);
+                    return None;
+                }
                 match joint.joint_type {
                     JointType::Fixed => open.push((joint.child.link.clone(), frame.compose(pose(&joint.origin)))),
                     JointType::Revolute | JointType::Continuous if next.is_none() => next = Some((joint, frame)),
@@ -299,6 +322,17 @@ fn limits(joint: &Joint) -> (f64, f64) {
         (lower, upper)
     } else {
         (f64::NEG_INFINITY, f64::INFINITY)
+    }
+}
+
+fn rating(joint: &Joint) -> JointRating {
+    let stated = |value: f64| Some(value).filter(|value| value.is_finite() && *value > 0.0);
+    let dynamics = joint.dynamics.as_ref();
+    JointRating {
+        effort: stated(joint.limit.effort),
+        velocity: stated(joint.limit.velocity),
+        damping: dynamics.and_then(|dynamics| stated(dynamics.damping)),
+        friction: dynamics.and_then(|dynamics| stated(dynamics.friction)),
     }
 }
 

@@ -31,7 +31,7 @@ pub struct Breach {
 }
 
 /// All criteria that a task can have.
-pub const CRITERIA: [Criterion; 6] = [
+pub const CRITERIA: [Criterion; 9] = [
     Criterion {
         id: "capture",
         unit: "1",
@@ -80,7 +80,61 @@ pub const CRITERIA: [Criterion; 6] = [
         limit: |task| finite(task.max_restitution),
         breach: |task, m| beyond(task.max_restitution, m.restitution, m.separation_time),
     },
+    Criterion {
+        id: "min_insertion",
+        unit: "m",
+        asks: |_| "part A goes into part B by at least",
+        broken: "not inserted",
+        limit: inserts,
+        breach: |task, m| not_inserted(task, m, None),
+    },
+    Criterion {
+        id: "jam",
+        unit: "1",
+        asks: |_| "part A does not jam on its way",
+        broken: "jammed: pushed between two contacts",
+        limit: |task| inserts(task).map(|_| 1.0),
+        breach: |task, m| not_inserted(task, m, Some(Stand::Jammed)),
+    },
+    Criterion {
+        id: "wedge",
+        unit: "1",
+        asks: |_| "part A does not wedge on its way",
+        broken: "wedged: held between two contacts without a push",
+        limit: |task| inserts(task).map(|_| 1.0),
+        breach: |task, m| not_inserted(task, m, Some(Stand::Wedged)),
+    },
 ];
+
+/// How a part stands that has not gone in.
+#[derive(Clone, Copy, PartialEq)]
+enum Stand {
+    /// Opposite contacts hold it against a push.
+    Jammed,
+    /// Opposite contacts hold it, and nothing pushes.
+    Wedged,
+}
+
+/// Shortest time that a part which jams stands \[s\].
+const JAM_TIME: f64 = 0.1;
+
+/// Push of a wedged part as a share of the force that squeezes it, at most.
+const WEDGE_PUSH: f64 = 0.1;
+
+fn inserts(task: &Task) -> Option<f64> {
+    finite(task.min_insertion)
+}
+
+/// A part that has not gone in, by how it stands at last; `None`: it does not stand.
+fn not_inserted(task: &Task, m: &Metrics<f64>, stand: Option<Stand>) -> Option<Breach> {
+    let is_in = m.insertion >= task.min_insertion;
+    let found = match m.jam_push <= WEDGE_PUSH * m.jam_squeeze {
+        _ if m.jam_duration < JAM_TIME => None,
+        true => Some(Stand::Wedged),
+        false => Some(Stand::Jammed),
+    };
+    (!is_in && found == stand).then_some(Breach { time: m.end_time, value: Some(m.insertion) })
+}
 
 fn finite(limit: f64) -> Option<f64> {
     limit.is_finite().then_some(limit)
@@ -112,7 +166,7 @@ impl Criterion {
     /// The criterion as a sentence with its number; none if it is not in force.
     pub fn sentence(&self, task: &Task) -> Option<String> {
         let limit = (self.limit)(task)?;
-        let has_number = self.id.starts_with("max_");
+        let has_number = self.id.starts_with("max_") || self.id.starts_with("min_");
         let asks = (self.asks)(task);
         Some(if has_number { format!("{asks} {}", show(limit, self.unit)) } else { asks.to_owned() })
     }

@@ -1,6 +1,7 @@
 //! Campaign, scenario and robot files: read as written, checked into types that cannot be wrong, drawn run by run.
 
 mod arm;
+pub mod arm_notes;
 pub mod campaign;
 pub mod cases;
 mod check;

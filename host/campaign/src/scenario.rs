@@ -1,5 +1,6 @@
 //! A scenario: the file checked and compiled into the kernels' model.
 
+mod arm_drive;
 mod bodies;
 mod compensator;
 pub(crate) mod contact;
@@ -107,6 +108,10 @@ impl Scenario {
             beside.push(model);
         }
         (text, beside)
+    }
+
+    pub(crate) fn urdf(&self) -> Option<&Source> {
+        self.urdf.as_ref()
     }
 
     pub(crate) fn source(&self) -> &Source {
@@ -247,6 +252,8 @@ fn compile(
         base_pose: place_base(c, file, bodies),
         links: bodies.links.clone(),
         tool: bodies.tool,
+        drives: bodies.drives.clone(),
+        brakes: bodies.brakes,
         start_angles: bodies.angles.clone(),
         target_inertia: bodies.target_inertia,
         target_pose: bodies.target_pose,
@@ -359,6 +366,7 @@ fn task(c: &mut Checker, table: &TaskTable, has_latch: bool, station: Option<&St
         max_contact_force: c.number_or(&table.max_contact_force, never, "N", Range::above(0.0, FORCE)),
         max_interface_force: c.number_or(&table.max_interface_force, never, "N", Range::above(0.0, FORCE)),
         max_time: c.number_or(&table.max_time, never, "s", time),
+        min_insertion: c.number_or(&table.min_insertion, -never, "m", Range::size(LENGTH)),
         max_restitution: c.number_or(&table.max_restitution, never, "1", Range::above(0.0, 1e3)),
         end_after_separation: c.number_or(&table.end_after_separation, never, "s", Range::within(0.0, 1e6)),
         end_after_capture: [in_space, on_facility],

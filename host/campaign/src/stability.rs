@@ -67,6 +67,7 @@ pub(crate) fn faults(m: &Model, extremes: &Extremes) -> Vec<Fault> {
     };
     let mut springs = contact(m, extremes, &chaser);
     springs.extend(arm(m, &chaser));
+    springs.extend(drives(m, &chaser));
     springs.extend(approach(m, &chaser));
     springs.extend(compensator(m, extremes, &chaser));
     springs.extend(servos(m, extremes));
@@ -320,7 +321,7 @@ fn arm(m: &Model, chaser: &Chaser) -> Vec<Spring> {
         ArmControl::JointPd { stiffness, damping } => [(stiffness, true), (damping, false)]
             .into_iter()
             .map(|(gains, is_stiffness)| {
-                let (value, joint) = joint_gain(&chaser.at_joints(), &gains[..count]);
+                let (value, joint) = joint_gain(&at_motors(m, chaser), &gains[..count]);
                 let mobility = if gains[joint] > 0.0 { value / gains[joint] } else { 0.0 };
                 let (k, b) = if is_stiffness { (gains[joint], 0.0) } else { (0.0, gains[joint]) };
                 held(format!("controller of joint {}", joint + 1), k, b, mobility, "kg m^2")
@@ -348,6 +349,41 @@ fn arm(m: &Model, chaser: &Chaser) -> Vec<Spring> {
             ]
         }
     }
+}
+
+/// Mobility of what the controller's torques act on: the joints, or their motors, of which each has its rotor at least.
+fn at_motors(m: &Model, chaser: &Chaser) -> DMatrix<f64> {
+    let rotors = m.drives.iter().map(|own| 1.0 / own.drive.reflected_inertia());
+    match m.drives.is_empty() {
+        true => chaser.at_joints(),
+        false => DMatrix::from_diagonal(&DVector::from_iterator(m.drives.len(), rotors)),
+    }
+}
+
+/// Gears, friction and stops of the arm's joints, which act with every substep.
+fn drives(m: &Model, chaser: &Chaser) -> Vec<Spring> {
+    let mobility = chaser.at_joints();
+    let mut springs = Vec::new();
+    for (i, own) in m.drives.iter().enumerate() {
+        let mut add = |what: &str, key: &str, stiffness: f64, damping: f64, mobility: f64| {
+            let what = format!("{what} of joint {}", i + 1);
+            let spring = held(what, key, stiffness, damping, mobility, "kg m^2");
+            springs.push(Spring { held: false, ..spring });
+        };
+        let (joint, rotor) = (mobility[(i, i)], 1.0 / own.drive.reflected_inertia());
+        // A gear too stiff for the substep is stepped implicitly.
+        let reflected = own.drive.reflected_inertia();
+        if own.drive.gear_stiffness * m.timing.substep.powi(2) < reflected / 16.0 {
+            add("gear", "arm.drive.stiffness", own.drive.gear_stiffness, 0.0, joint);
+        }
+        let dry = own.friction.coulomb + own.friction.stribeck + own.brake;
+        let friction = (dry / own.presliding_travel, own.friction.viscous);
+        add("friction", "arm.drive.presliding_travel", friction.0, friction.1, rotor);
+        if let Some(stops) = &own.stops {
+            add("stop", "arm.drive.stop_stiffness", stops.stiffness, stops.damping, joint);
+        }
+    }
+    springs
 }
 
 /// Greatest eigenvalue of gains times joint mobility, and the joint that moves most in it.

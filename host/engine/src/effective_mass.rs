@@ -20,7 +20,7 @@ fn at_start<const N: usize>(plant: &Plant, run: &Finished, normal: Vec3<f64>, le
     let masses = space_masses(&run.params);
     let bodies = start::<f64, N>(plant, &run.params, &masses);
     let k = kinematics(plant, &masses, &bodies);
-    let idle = Actuation { thrust: Vec3::zero(), torque: Vec3::zero(), joint: [0.0; N] };
+    let idle = Actuation { braked: 0.0, thrust: Vec3::zero(), torque: Vec3::zero(), joint: [0.0; N] };
     // A force that changes the speed by about 1 mm/s: far above rounding, far below large rotations.
     let push = 1e-3 / plant.timing.substep * masses.base_mass.min(masses.target_mass);
     let separation = |force: f64| {

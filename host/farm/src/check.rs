@@ -5,6 +5,7 @@ use serde_json::{Value, json};
 use softdock_analysis::exact::{allowed_failures, smallest_runs};
 use softdock_analysis::number::with_unit;
 use softdock_analysis::plan::plan_line;
+use softdock_campaign::arm_notes::arm_lines;
 use softdock_campaign::campaign::Method;
 use softdock_campaign::contact_notes::contact_lines;
 use softdock_campaign::criteria::sentences;
@@ -32,6 +33,11 @@ pub fn check_text(campaign: &Campaign, draws: u64) -> Result<String> {
     );
     text += "\ncontact\n";
     contact_lines(&campaign.scenario.model).iter().for_each(|line| text += &format!("  {line}\n"));
+    let arm = arm_lines(&campaign.scenario);
+    if !arm.is_empty() {
+        text += "\narm\n";
+        arm.iter().for_each(|line| text += &format!("  {line}\n"));
+    }
     text += &robots(&campaign.scenario.model);
     text += &judged(&campaign.scenario.model);
     text += "\nrequirements\n";
@@ -155,6 +161,7 @@ pub fn check_json(campaign: &Campaign, draws: u64) -> Result<Value> {
         "runs": campaign.runs, "outer_draws": campaign.outer_draws, "judged_runs": judged, "independent_runs": independent,
         "own_delay_s": campaign.scenario.model.timing.own_delay(),
         "contact": contact_lines(&campaign.scenario.model),
+        "arm": arm_lines(&campaign.scenario),
         "requirements": campaign.requirements.iter().map(requirement).collect::<Vec<_>>(),
         "agreement_requirements": campaign.agreement.iter().map(rate).collect::<Vec<_>>(),
         "metrics": campaign.metrics.iter().map(|m| json!({ "name": m.name, "unit": m.unit, "text": m.text, "expr": m.formula })).collect::<Vec<_>>(),

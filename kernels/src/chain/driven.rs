@@ -4,7 +4,7 @@
 //! gives way less than freely. No closures here, see [`super::inertia`].
 
 use super::Turn;
-use super::dynamics::{Course, Posture};
+use super::dynamics::{Course, Posture, Response};
 use super::inertia::{Articulated, Force};
 use crate::real::Real;
 use crate::vector::{Mat3, Sym3, Vec3, vec3};
@@ -121,7 +121,8 @@ impl<R: Real, const N: usize> Posture<'_, R, N> {
 
     /// The chain under joint torques \[N m\] and a wrench `tip` on the last link, about its origin in its axes.
     ///
-    /// `armature` \[kg m^2\] is felt by the joint's own acceleration alone; `base` as in [`torques`](Self::torques).
+    /// `armature` \[kg m^2\] is felt by the joint's own acceleration alone; `base` is how the base moves, its acceleration
+    /// minus gravity.
     #[inline(always)]
     pub(crate) fn folded(
         &self,
@@ -129,13 +130,13 @@ impl<R: Real, const N: usize> Posture<'_, R, N> {
         torque: &[R; N],
         armature: &[R; N],
         tip: Force<R>,
-        base: Vec3<R>,
+        base: Course<R>,
         carried: Option<PointMass<R>>,
     ) -> Folded<R, N> {
         let zero = R::lit(0.0);
         // What each link needs, until it is passed on; then what its joint gives.
         let mut give = [Force::zero(); N];
-        let last = self.link_forces(led(base), rate, &[zero; N], &mut give);
+        let last = self.link_forces(base, rate, &[zero; N], &mut give);
         let (mut body, mut load) = (Articulated::zero(), Force { moment: -tip.moment, force: -tip.force });
         if let Some(PointMass { mass, place }) = carried {
             let force = (last.acceleration + last.field().times(place)) * mass;
@@ -163,9 +164,32 @@ impl<R: Real, const N: usize> Posture<'_, R, N> {
     }
 }
 
-/// A base that does not turn.
+impl<R: Real, const N: usize> Posture<'_, R, N> {
+    /// [`response`](Self::response) of joints that are driven through gears: each acceleration takes its `armature`
+    /// \[kg m^2\] off the joint's torque.
+    #[inline(always)]
+    pub(crate) fn response_geared(
+        &self,
+        omega: Vec3<R>,
+        rate: &[R; N],
+        (torque, armature): (&[R; N], &[R; N]),
+        tip: Force<R>,
+        push: Force<R>,
+    ) -> Response<R, N> {
+        let still = Course { rate: omega, turning: Vec3::zero(), acceleration: Vec3::zero() };
+        let (own, mut links) = (self.base_force(still), [Force::zero(); N]);
+        self.link_forces(still, rate, &[R::lit(0.0); N], &mut links);
+        let drift = own.plus(self.passed(&links, Force::zero()).1);
+        let folded = self.folded(rate, torque, armature, tip, still, None);
+        let (moment, force) = (push.moment - own.moment - folded.load.moment, push.force - folded.load.force);
+        let (turning, acceleration) = self.on_base(folded.body).solve(Force { moment, force });
+        Response { joint: folded.accelerations(self, turning, acceleration), turning, drift }
+    }
+}
+
+/// A base that does not turn; its acceleration minus gravity \[m/s^2\].
 #[inline(always)]
-fn led<R: Real>(acceleration: Vec3<R>) -> Course<R> {
+pub(crate) fn led<R: Real>(acceleration: Vec3<R>) -> Course<R> {
     Course { rate: Vec3::zero(), turning: Vec3::zero(), acceleration }
 }
 
@@ -179,8 +203,8 @@ impl<R: Real, const N: usize> Folded<R, N> {
 
     /// Outwards again: the joints' accelerations when the base accelerates so, beyond what it was folded with.
     #[inline(always)]
-    pub(crate) fn accelerations(&self, posture: &Posture<R, N>, base: Vec3<R>) -> [R; N] {
-        let (mut turning, mut acceleration, mut joint) = (Vec3::zero(), base, self.joint);
+    pub(crate) fn accelerations(&self, posture: &Posture<R, N>, turning: Vec3<R>, base: Vec3<R>) -> [R; N] {
+        let (mut turning, mut acceleration, mut joint) = (turning, base, self.joint);
         for (i, joint) in joint.iter_mut().enumerate() {
             let (link, turn) = (&posture.chain.links[i], posture.turns[i]);
             let moved = (-link.origin).cross_onto(turning, acceleration);

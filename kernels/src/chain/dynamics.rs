@@ -237,7 +237,7 @@ impl<R: Real, const N: usize> Posture<'_, R, N> {
 
     /// The articulated inertia with the base's own.
     #[inline(always)]
-    fn on_base(&self, arm: Articulated<R>) -> Articulated<R> {
+    pub(super) fn on_base(&self, arm: Articulated<R>) -> Articulated<R> {
         let mass = Sym3::diagonal(Vec3::splat(self.base_mass));
         Articulated { rotation: arm.rotation + self.base_inertia(), translation: arm.translation + mass, ..arm }
     }
@@ -263,7 +263,7 @@ impl<R: Real> Articulated<R> {
     /// Angular and linear acceleration that a force causes, by `L D L^T`.
     #[inline(always)]
     #[expect(clippy::needless_range_loop, reason = "a triangle is walked by row and column")]
-    fn solve(&self, f: Force<R>) -> (Vec3<R>, Vec3<R>) {
+    pub(super) fn solve(&self, f: Force<R>) -> (Vec3<R>, Vec3<R>) {
         let (m, c, j, zero) = (self.translation, self.coupling, self.rotation, R::lit(0.0));
         // The lower triangle, translation first; each row ends with the right-hand side.
         let mut rows = [

@@ -56,10 +56,10 @@ impl Surface {
             Shape::Cone { mouth, bottom, depth } => {
                 Self::Revolved(Profile::polyline(&[[0.0, FAR], [0.0, mouth], [depth, bottom], [depth, 0.0]]))
             }
-            Shape::Bore { radius, depth, chamfer: 0.0 } => {
+            Shape::Bore { radius, depth, chamfer: 0.0, .. } => {
                 Self::Revolved(Profile::polyline(&[[0.0, FAR], [0.0, radius], [depth, radius], [depth, 0.0]]))
             }
-            Shape::Bore { radius, depth, chamfer } => Self::Revolved(Profile::polyline(&[
+            Shape::Bore { radius, depth, chamfer, .. } => Self::Revolved(Profile::polyline(&[
                 [0.0, FAR],
                 [0.0, radius + chamfer],
                 [chamfer, radius],

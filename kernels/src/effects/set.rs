@@ -49,6 +49,8 @@ const _: () = assert!(EFFECTS.len() <= u128::BITS as usize, "a set has a bit for
 impl EffectSet {
     /// All of them.
     pub const ALL: Self = Self(u128::MAX);
+    /// None of them.
+    pub const NONE: Self = Self(0);
 
     /// Those that a run with these parameters has.
     pub fn of(p: &Params<f64>, timing: &Timing) -> Self {

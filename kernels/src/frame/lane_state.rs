@@ -183,7 +183,13 @@ pub fn state_variables<const N: usize>(m: &Plant) -> Vec<StateVariable> {
         variable
     };
     let contacts = contact_names(m.contacts.len()).into_iter().zip(laws().chain(laws()));
-    table::<N>(m).into_iter().chain(contacts.map(of)).collect()
+    let mut variables = table::<N>(m);
+    if m.drives.is_empty() {
+        let of_drives = |field: &Field| field.name.starts_with("drives_");
+        let fields = variables.iter_mut().flat_map(|variable| &mut variable.fields);
+        fields.for_each(|(kept, field)| *kept &= !of_drives(field));
+    }
+    variables.into_iter().chain(contacts.map(of)).collect()
 }
 
 /// The rows of a lane's state, in the order of the kernel's state buffer.

@@ -187,7 +187,7 @@ fn felt_touch(wrench: Wrench<f64>, least: f64) -> Touch<f64> {
         return monitor::no_touch();
     }
     let (normal, lever) = (wrench.force * (1.0 / force), wrench.force.cross(wrench.moment) * (1.0 / (force * force)));
-    Touch { wrench, force, depth: 0.0, normal, lever }
+    Touch { wrench, force, sum: force, depth: 0.0, normal, lever }
 }
 
 impl<const N: usize> SimulationComputer for Computer<N> {

@@ -3,6 +3,7 @@
 use super::cell::*;
 use super::sample::{carriage, mount, reference_drives, robot, servo};
 use super::*;
+use crate::chain::driven::led;
 use crate::chain::inertia::Force;
 use crate::model::{Rail, Timing};
 use crate::space::{Motion, Wrench};
@@ -102,11 +103,11 @@ fn the_chain_on_a_carriage_moves_as_its_inverse_dynamics_says() {
         let force = push.dot(along) + mass * base;
         let turns = arm.turns(angle);
         let posture = arm.posture(&turns);
-        let chain = posture.folded(&rate, &torque, &[0.0; 6], Force::zero(), arm.lifted, None);
+        let chain = posture.folded(&rate, &torque, &[0.0; 6], Force::zero(), led(arm.lifted), None);
         let along = arm.from_base.rotate(along);
         let slid = chain.slide(along, mass, force);
         assert!((slid - base).abs() < 1e-9, "{slid} for {base}");
-        let found = chain.accelerations(&posture, along * slid);
+        let found = chain.accelerations(&posture, Vec3::zero(), along * slid);
         found.iter().zip(joints).for_each(|(found, joint)| assert!((found - joint).abs() < 1e-9, "{found} {joint}"));
     }
 }

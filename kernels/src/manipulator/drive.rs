@@ -1,6 +1,6 @@
 //! One joint's drive: velocity loop, current loop, motor with friction, gear with backlash, elasticity and errors.
 
-use super::{Joint, Levels, bristle};
+use super::{Drive, Friction, Joint, Levels, bristle};
 use crate::bundle;
 use crate::effects::{EffectId, EffectSet};
 use crate::math::{exp, lagged, sin_cos};
@@ -77,9 +77,9 @@ pub(crate) struct Geared<R> {
     /// What its acceleration takes off it \[kg m^2\].
     pub(crate) armature: R,
     /// Impulse of the motor's own side over the substep, its momentum included \[N m s\].
-    impulse: R,
+    pub(super) impulse: R,
     /// Inertia of the rotor \[kg m^2\].
-    inertia: R,
+    pub(super) inertia: R,
 }
 
 /// Set point of the velocity loop for a tick.
@@ -108,7 +108,28 @@ pub(crate) struct Axis<'a> {
     pub(crate) effects: EffectSet,
 }
 
+/// Gear and friction of a joint.
+#[derive(Clone, Copy)]
+pub(super) struct Geartrain<'a> {
+    /// Motor and gear.
+    pub(super) drive: &'a Drive,
+    /// Friction.
+    pub(super) friction: &'a Friction,
+    /// Travel in which its presliding state comes 1/e closer to sliding \[rad\].
+    pub(super) travel: f64,
+    /// Substep \[s\].
+    pub(super) substep: f64,
+    /// The effects that a run may have.
+    pub(super) effects: EffectSet,
+}
+
 impl Axis<'_> {
+    fn train(&self) -> Geartrain<'_> {
+        let Joint { drive, friction, .. } = self.joint;
+        let travel = friction.presliding_travel();
+        Geartrain { drive, friction, travel, substep: self.substep, effects: self.effects }
+    }
+
     /// Greatest torque of the motor \[N m\].
     #[inline(always)]
     fn torque_limit<R: Real>(&self, p: &DriveParams<R>) -> R {
@@ -162,18 +183,28 @@ pub(crate) fn motor<R: Real>(
     if axis.effects.has(OFFSET) {
         applied = p.torque_offset.mul_add(limit, applied);
     }
-    let (gear, slip) = gear(axis, p, s, reference.cold, turned, applied);
+    let (gear, slip) = gear(axis.train(), p, s, reference.cold, turned, applied, None);
     (JointState { torque, integral, slip, ..*s }, gear, limited)
 }
 
 /// Friction and gear: an elastic gear is stepped explicitly, a rigid one (or one too stiff for the substep) implicitly.
+///
+/// `brake` is further dry friction of the motor.
 #[inline(always)]
-fn gear<R: Real>(axis: Axis, p: &DriveParams<R>, s: &JointState<R>, cold: R, turned: R, applied: R) -> (Geared<R>, R) {
+pub(super) fn gear<R: Real>(
+    train: Geartrain,
+    p: &DriveParams<R>,
+    s: &JointState<R>,
+    cold: R,
+    turned: R,
+    applied: R,
+    brake: Option<R>,
+) -> (Geared<R>, R) {
     let (zero, one) = (R::lit(0.0), R::lit(1.0));
-    let (drive, dt) = (&axis.joint.drive, axis.substep);
+    let (drive, dt) = (train.drive, train.substep);
     let compliance = p.gear_compliance * R::lit(1.0 / drive.gear_stiffness);
     // The gear's own wave once a motor turn, then the dead zone of its backlash.
-    let wave = axis.effects.has(WAVE);
+    let wave = train.effects.has(WAVE);
     let wound = if wave { sin_cos(turned).0.mul_add(p.transmission_error, s.windup) } else { s.windup };
     let half = p.backlash * R::lit(0.5 * drive.backlash);
     let play = wound.min(half).max(-half);
@@ -181,7 +212,7 @@ fn gear<R: Real>(axis: Axis, p: &DriveParams<R>, s: &JointState<R>, cold: R, tur
     let stretch = wound - play;
 
     let load = R::select(compliance.le(zero), s.torque, stretch / R::select(compliance.le(zero), one, compliance));
-    let (friction, slip) = friction(axis, p, s, cold, load);
+    let (friction, slip) = friction(train, p, s, cold, load, brake);
 
     let inertia = p.gear_ratio * p.gear_ratio * R::lit(drive.reflected_inertia());
     let impulse = (applied - friction).mul_add(R::lit(dt), inertia * s.motor_rate);
@@ -202,24 +233,35 @@ fn gear<R: Real>(axis: Axis, p: &DriveParams<R>, s: &JointState<R>, cold: R, tur
 
 /// Friction torque against the motor's motion, and the presliding state after the substep.
 #[inline(always)]
-fn friction<R: Real>(axis: Axis, p: &DriveParams<R>, s: &JointState<R>, cold: R, load: R) -> (R, R) {
-    let own = Levels::<R>::of(&axis.joint.friction);
+fn friction<R: Real>(
+    train: Geartrain,
+    p: &DriveParams<R>,
+    s: &JointState<R>,
+    cold: R,
+    load: R,
+    brake: Option<R>,
+) -> (R, R) {
+    let own = Levels::<R>::of(train.friction);
+    let coulomb = own.coulomb.mul_add(p.coulomb_error, own.coulomb);
     let levels = Levels {
-        coulomb: own.coulomb.mul_add(p.coulomb_error, own.coulomb),
+        coulomb: match brake {
+            Some(brake) => coulomb + brake,
+            None => coulomb,
+        },
         viscous: own.viscous.mul_add(p.viscous_error, own.viscous),
         stribeck: own.stribeck * p.stribeck,
         load_coefficient: own.load_coefficient + p.load_friction,
         ..own
     };
     // A travel of 0 is friction at once, either way.
-    let travel = (p.presliding * R::lit(axis.joint.friction.presliding_travel())).max(R::lit(1e-12));
-    let slip = bristle(s.slip, s.motor_rate * R::lit(axis.substep), travel);
+    let travel = (p.presliding * R::lit(train.travel)).max(R::lit(1e-12));
+    let slip = bristle(s.slip, s.motor_rate * R::lit(train.substep), travel);
     let mut torque = levels.torque(slip, s.motor_rate, load);
-    if axis.effects.has(OFFSET) {
+    if train.effects.has(OFFSET) {
         // F_c (1 + a sign v), the sign that of the bristle.
         torque = slip.abs().mul_add(levels.coulomb * p.coulomb_asymmetry, torque);
     }
-    if axis.effects.has(TEMPERATURE) {
+    if train.effects.has(TEMPERATURE) {
         torque = torque.mul_add(p.cold_friction * cold, torque);
     }
     (torque, slip)

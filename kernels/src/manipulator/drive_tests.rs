@@ -25,7 +25,7 @@ impl Bench {
     /// Friction at a rate, the bristle long complete.
     fn friction(&self, p: &DriveParams<f64>, rate: f64, cold: f64) -> f64 {
         let s = JointState { motor_rate: rate, slip: rate.signum(), ..still() };
-        friction(self.axis(), p, &s, cold, 0.0).0
+        friction(self.axis().train(), p, &s, cold, 0.0, None).0
     }
 }
 

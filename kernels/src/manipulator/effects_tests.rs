@@ -4,7 +4,7 @@ use super::cell::*;
 use super::sample::{mount, reference_drives, robot, servo};
 use super::tests::accelerations;
 use super::*;
-use crate::chain::driven::PointMass;
+use crate::chain::driven::{PointMass, led};
 use crate::chain::inertia::Force;
 use crate::effects::EffectSet;
 use crate::model::Timing;
@@ -97,8 +97,8 @@ fn an_unknown_payload_is_felt_as_inertia_too() {
     let arm = Arm::new(&robot, Pose { position: place, attitude: Quat::identity() });
     let (turns, unknown) = (arm.turns(angle), PointMass { mass, place: arm.chain.tool.position });
     let posture = arm.posture(&turns);
-    let folded = posture.folded(&rate, &torque, &[0.0; 6], Force::zero(), arm.lifted, Some(unknown));
-    let found = folded.accelerations(&posture, Vec3::zero());
+    let folded = posture.folded(&rate, &torque, &[0.0; 6], Force::zero(), led(arm.lifted), Some(unknown));
+    let found = folded.accelerations(&posture, Vec3::zero(), Vec3::zero());
     let expected = accelerations(&Arm::new(&heavier, Pose::identity()), angle, rate, torque);
     found.iter().zip(expected).for_each(|(a, b)| assert!((a - b).abs() < 1e-9 * b.abs().max(1.0), "{a} {b}"));
 }

@@ -4,6 +4,7 @@
 //! about its own z axis by `sign * q`, so that modified (Craig) Denavit-Hartenberg tables fit as they are.
 
 mod arm;
+mod arm_drive;
 pub mod cell;
 mod drive;
 mod friction;
@@ -14,6 +15,8 @@ pub mod sample;
 mod whole;
 
 pub(crate) use arm::Arm;
+pub use arm_drive::{ArmDrive, ArmDrives, Stops};
+pub(crate) use arm_drive::{carried_on, driven};
 pub use cell::{drive, drives_at, set_point};
 pub use drive::{DriveParams, JointState, VelocityLoop};
 pub use friction::{Levels, bristle};

@@ -2,14 +2,15 @@
 
 use super::sample::robot;
 use super::*;
+use crate::chain::driven::led;
 use crate::chain::inertia::Force;
 
 /// Joint accelerations on a base at rest, without rotors.
 pub(super) fn accelerations(arm: &Arm, angle: [f64; 6], rate: [f64; 6], torque: [f64; 6]) -> [f64; 6] {
     let turns = arm.turns(angle);
     let posture = arm.posture(&turns);
-    let folded = posture.folded(&rate, &torque, &[0.0; 6], Force::zero(), arm.lifted, None);
-    folded.accelerations(&posture, Vec3::zero())
+    let folded = posture.folded(&rate, &torque, &[0.0; 6], Force::zero(), led(arm.lifted), None);
+    folded.accelerations(&posture, Vec3::zero(), Vec3::zero())
 }
 
 #[test]

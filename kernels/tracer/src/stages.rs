@@ -107,7 +107,7 @@ fn body_stages<const N: usize>(m: &Plant) -> Vec<Function> {
         stage!(kinematics(masses: Masses<Sym>, s: Bodies<Sym, N>) -> Kinematics<Sym, N> => space::kinematics(m, &masses, &s)),
         stage!(parts_of(k: Kinematics<Sym, N>) -> Parts<Sym> => k.parts),
         stage!(guide(p: Params<Sym>, masses: Masses<Sym>, s: Bodies<Sym, N>, k: Kinematics<Sym, N>, watch: Watch<Sym>)
-            -> Actuation<Sym, N> => softdock_kernels::guidance::guide(m, &p, &masses, &s.arm, s.chaser.attitude, &k, monitor::touched(&watch))),
+            -> Actuation<Sym, N> => softdock_kernels::guidance::guide(m, &p, &masses, &s.arm, &s.drives, s.chaser.attitude, &k, monitor::touched(&watch))),
         stage!(advance(masses: Masses<Sym>, s: Bodies<Sym, N>, k: Kinematics<Sym, N>, u: Actuation<Sym, N>, w: Wrench<Sym>)
             -> Bodies<Sym, N> => space::advance(m, &masses, &s, &k, &u, w)),
         stage!(settle(s: Bodies<Sym, N>) -> Bodies<Sym, N> => space::settle(s)),

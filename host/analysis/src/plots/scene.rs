@@ -391,7 +391,7 @@ fn axes(view: &mut View, frame: Pose<f64>, length: f64) {
 fn hole(solid: &PreparedSolid) -> Vec<[f64; 2]> {
     match solid.solid.shape {
         Shape::Cone { mouth, bottom, depth } => vec![[0.0, mouth], [depth, bottom], [depth, 0.0]],
-        Shape::Bore { radius, depth, chamfer } => {
+        Shape::Bore { radius, depth, chamfer, .. } => {
             vec![[0.0, radius + chamfer], [chamfer, radius], [depth, radius], [depth, 0.0]]
         }
         _ => Vec::new(),
@@ -510,8 +510,8 @@ mod tests {
             Shape::Sphere { radius: 0.1 },
             Shape::Box { half: vec3(0.1, 0.2, 0.3) },
             Shape::Cone { mouth: 0.2, bottom: 0.05, depth: 0.3 },
-            Shape::Bore { radius: 0.1, depth: 0.2, chamfer: 0.01 },
-            Shape::Bore { radius: 0.1, depth: 0.2, chamfer: 0.0 },
+            Shape::Bore { radius: 0.1, depth: 0.2, chamfer: 0.01, points: 8 },
+            Shape::Bore { radius: 0.1, depth: 0.2, chamfer: 0.0, points: 8 },
         ];
         // Along x, along y and along z: seen from the side, along the axis, and from above.
         for turn in [

@@ -1,5 +1,6 @@
 //! Base, arm, target and where the parts stand on them.
 
+use super::arm_drive;
 use crate::arm::{self, Arm};
 use crate::check::Checker;
 use crate::inertia::fault;
@@ -7,7 +8,8 @@ use crate::placement::end_frame;
 use crate::source::Source;
 use crate::written::At;
 use crate::written::scenario::{ArmTable, InertiaTable, ScenarioFile};
-use softdock_kernels::model::Link;
+use softdock_kernels::manipulator::ArmDrive;
+use softdock_kernels::model::{Brakes, Link};
 use softdock_kernels::params::Params;
 use softdock_kernels::range::{ANGLE, Range};
 use softdock_kernels::vector::{Pose, Sym3};
@@ -18,6 +20,8 @@ pub(crate) struct Bodies {
     pub(crate) links: Vec<Link>,
     pub(crate) joints: Vec<String>,
     pub(crate) angles: Vec<f64>,
+    pub(crate) drives: Vec<ArmDrive>,
+    pub(crate) brakes: Brakes,
     pub(crate) tool: Pose<f64>,
     pub(crate) target_inertia: Sym3<f64>,
     pub(crate) target_pose: Pose<f64>,
@@ -57,6 +61,8 @@ pub(crate) fn read(c: &mut Checker, file: &ScenarioFile) -> Bodies {
         links: Vec::new(),
         joints: Vec::new(),
         angles: Vec::new(),
+        drives: Vec::new(),
+        brakes: Brakes::Open,
         tool: part_a,
         target_inertia,
         target_pose,
@@ -84,6 +90,9 @@ fn read_arm(c: &mut Checker, table: &ArmTable, file: &ScenarioFile, part_a: Pose
         Err(problems) => return c.problems.extend(problems),
     };
     bodies.angles = angles(c, table, &arm);
+    if let Some(drive) = &table.drive {
+        (bodies.drives, bodies.brakes) = arm_drive::read(c, &drive.value, &arm, &bodies.angles);
+    }
     let link = file.part_a.link.as_ref();
     match arm.frame(link.map(|link| link.value.as_str())) {
         Ok(frame) => bodies.tool = frame.compose(part_a),

@@ -300,7 +300,12 @@ fn solid(c: &mut Checker, table: &SolidTable) -> Solid {
         needs("front", span_of(&table.front), &[Kind::Frustum]),
         needs("back", span_of(&table.back), &[Kind::Frustum]),
         needs("tube", span_of(&table.tube), &[Kind::Ring]),
-        ("points", span_of(&table.points), is(&[Kind::Capsule, Kind::Cylinder, Kind::Frustum, Kind::Ring]), false),
+        (
+            "points",
+            span_of(&table.points),
+            is(&[Kind::Capsule, Kind::Cylinder, Kind::Frustum, Kind::Ring, Kind::Bore]),
+            false,
+        ),
         needs("size", span_of(&table.size), &[Kind::Box]),
         needs("mouth", span_of(&table.mouth), &[Kind::Cone]),
         needs("bottom", span_of(&table.bottom), &[Kind::Cone]),
@@ -338,7 +343,7 @@ fn solid(c: &mut Checker, table: &SolidTable) -> Solid {
         Kind::Frustum => Shape::Frustum { front, back, length, points },
         Kind::Ring => Shape::Ring { radius, tube, points },
         Kind::Cone => Shape::Cone { mouth, bottom, depth },
-        Kind::Bore => Shape::Bore { radius, depth, chamfer },
+        Kind::Bore => Shape::Bore { radius, depth, chamfer, points },
     };
     Solid { frame, shape }
 }

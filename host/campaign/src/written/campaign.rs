@@ -83,7 +83,8 @@ pub(crate) struct SamplingTable {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct DispersionTable {
-    /// A parameter (`target_mass`), or a whole vector (`offset`) with kind mvnormal.
+    /// A parameter (`target_mass`), a whole vector (`offset`) with kind mvnormal, or a number that the scenario file writes, by
+    /// its path (`scenario.contact.pair[1].stiffness`).
     pub(crate) target: Option<At<String>>,
     /// Instead of a target: a pure number of the campaign's own, by its name, for the expressions of `[[derived]]`.
     pub(crate) variable: Option<At<String>>,

@@ -1,5 +1,6 @@
 //! The scenario file as written.
 
+use super::campaign::OneOrMore;
 use super::effect::EffectTable;
 use super::facility::FacilityTable;
 use super::{At, Quantities, Quantity};
@@ -103,6 +104,47 @@ pub(crate) struct ArmTable {
     pub(crate) angles: Quantities,
     /// The controller.
     pub(crate) controller: At<ControllerTable>,
+    /// Motors, gears, friction, stops and brakes; without this table the controller's torques act on the joints
+    /// themselves, without limits.
+    pub(crate) drive: Option<At<ArmDriveTable>>,
+}
+
+/// Drives of an arm's joints: for each key one value for all joints, or a list with one for each.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct ArmDriveTable {
+    /// Inertia of rotor and gear input, at the motor's side of the gear.
+    pub(crate) rotor_inertia: At<OneOrMore>,
+    /// Motor angle per joint angle; default 1.
+    pub(crate) gear_ratio: Option<At<OneOrMore>>,
+    /// Torsional stiffness of the gear, at the joint's side; default rigid.
+    pub(crate) stiffness: Option<At<OneOrMore>>,
+    /// Torsional damping of the gear, at the joint's side; default none.
+    pub(crate) damping: Option<At<OneOrMore>>,
+    /// Whole backlash, at the joint's side; default none.
+    pub(crate) backlash: Option<At<OneOrMore>>,
+    /// Coulomb friction; default `<dynamics friction>` of the URDF, else none.
+    pub(crate) coulomb_friction: Option<At<OneOrMore>>,
+    /// Viscous friction; default `<dynamics damping>` of the URDF, else none.
+    pub(crate) viscous_friction: Option<At<OneOrMore>>,
+    /// Static friction beyond Coulomb's; default none.
+    pub(crate) static_friction: Option<At<OneOrMore>>,
+    /// Speed at which the static part has fallen to 1/e; default "0.01 rad/s".
+    pub(crate) static_speed: Option<At<OneOrMore>>,
+    /// Travel in which dry friction comes 1/e closer to its whole size; default "0.1 mrad".
+    pub(crate) presliding_travel: Option<At<OneOrMore>>,
+    /// Greatest torque of the motor, at the joint's side; default `<limit effort>` of the URDF, else none.
+    pub(crate) torque_limit: Option<At<OneOrMore>>,
+    /// Speed of the joint beyond which the motor only slows down; default `<limit velocity>` of the URDF, else none.
+    pub(crate) speed_limit: Option<At<OneOrMore>>,
+    /// Stiffness of the stops at `<limit lower>` and `<limit upper>` of the URDF; default: the joints have no stops.
+    pub(crate) stop_stiffness: Option<At<OneOrMore>>,
+    /// Damping of the stops; default none.
+    pub(crate) stop_damping: Option<At<OneOrMore>>,
+    /// Dry friction of the closed brakes.
+    pub(crate) brake_torque: Option<At<OneOrMore>>,
+    /// When the brakes close, and the motors are off: "closed" (from the start) or "close_at_touch".
+    pub(crate) brakes: Option<At<String>>,
 }
 
 /// The arm's controller; which keys it takes depends on its law.
@@ -443,6 +485,9 @@ pub(crate) struct TaskTable {
     pub(crate) max_time: Option<Quantity>,
     /// Success needs a restitution of at most this; not written: no criterion.
     pub(crate) max_restitution: Option<Quantity>,
+    /// Success needs part A's origin to come beyond part B's by at least this, along part B's x axis; not written: no criterion.
+    /// Parts that stand between opposite contacts are called jammed or wedged.
+    pub(crate) min_insertion: Option<Quantity>,
     /// A run is over this long after the parts have separated.
     pub(crate) end_after_separation: Option<Quantity>,
     /// The loop in space is over this long after capture.

@@ -33,6 +33,8 @@ pub fn scene(substep: f64, substeps: u32, ticks: u32) -> Plant {
         base_pose: Pose::identity(),
         links,
         tool: Pose { position: vec3(0.3, 0.0, 0.0), attitude: Quat::identity() },
+        drives: Vec::new(),
+        brakes: Brakes::Open,
         start_angles,
         target_inertia: Sym3::diagonal(vec3(300.0, 350.0, 400.0)),
         target_pose: Pose { position: vec3(1.2, 0.0, 0.0), attitude: Quat::identity() },

@@ -4,7 +4,7 @@ use super::controller::{Course, course, feedforward, weight};
 use super::reach::{Reach, tool_pose};
 use super::{AXES, Cell, Drives, JOINTS, RAIL, SetPoint, joints};
 use crate::chain::Chain;
-use crate::chain::driven::PointMass;
+use crate::chain::driven::{PointMass, led};
 use crate::chain::inertia::Force;
 use crate::effects::EffectId;
 use crate::fields::filled;
@@ -72,14 +72,14 @@ fn accelerations<R: Real>(
     let part = Vec3::lit(cell.arm.chain.tool.position);
     let tip = Force { moment: moment + part.cross(force), force };
     let (torques, armatures, lifted) = (joints(*torque), joints(*armature), Vec3::lit(cell.arm.lifted));
-    let chain = posture.folded(&rate, &torques, &armatures, tip, lifted, unknown_payload(cell, p));
+    let chain = posture.folded(&rate, &torques, &armatures, tip, led(lifted), unknown_payload(cell, p));
     let (along, mass) = cell.track();
     let along = Vec3::lit(along);
     let mut all = [R::lit(0.0); AXES];
     if cell.rail.is_some() {
         all[RAIL] = chain.slide(along, armature[RAIL] + R::lit(mass), torque[RAIL]);
     }
-    let joints = chain.accelerations(&posture, along * all[RAIL]);
+    let joints = chain.accelerations(&posture, Vec3::zero(), along * all[RAIL]);
     all[..JOINTS].copy_from_slice(&joints);
     all
 }
