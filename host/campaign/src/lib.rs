@@ -7,6 +7,7 @@ mod check;
 pub mod columns;
 pub mod compare;
 pub mod contact_notes;
+mod covariance;
 pub mod criteria;
 pub mod derived;
 pub mod difference;
