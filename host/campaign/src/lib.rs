@@ -60,6 +60,7 @@ pub use rig::Rig;
 pub use robot::Robot;
 pub use sampling::Draw;
 pub use scenario::Scenario;
+pub use scenario::contact::rebound_restitution;
 pub use station::Station;
 pub use variant::Variant;
 

@@ -1,0 +1,7 @@
+//! Identification of a contact: stiffness, damping, exponent, restitution and friction from presses, impacts and tosses.
+
+pub mod estimate;
+pub mod law;
+pub mod search;
+pub mod touches;
+pub mod uncertainty;
