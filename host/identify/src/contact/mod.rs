@@ -2,6 +2,8 @@
 
 pub mod estimate;
 pub mod law;
+pub mod population;
 pub mod search;
+pub mod toss;
 pub mod touches;
 pub mod uncertainty;
