@@ -171,9 +171,9 @@ const RANKS: [&str; 3] = ["best", "median", "worst"];
 fn touch_errors(own: &FoundLaw) -> Vec<Vec<String>> {
     let row = |name: &str, touches: &[PredictedTouch]| {
         let mean = |of: &dyn Fn(&PredictedTouch) -> f64| touches.iter().map(of).sum::<f64>() / touches.len() as f64;
-        let worst = touches.iter().map(PredictedTouch::error).fold(0.0, f64::max);
+        let worst = touches.iter().map(|touch| touch.error()).fold(0.0, f64::max);
         let peak = mean(&|touch| touch.peak_error().abs());
-        let shown = [mean(&PredictedTouch::error), worst, peak].map(|share| digits_of(100.0 * share, 3));
+        let shown = [mean(&|touch| touch.error()), worst, peak].map(|share| digits_of(100.0 * share, 3));
         [vec![name.to_owned(), touches.len().to_string()], shown.to_vec()].concat()
     };
     let (fitted, held) = (own.predicted(false), own.predicted(true));
@@ -190,7 +190,7 @@ fn touch_figures(own: &FoundLaw) -> Result<Vec<(String, String)>> {
     let (name, all) = if held.is_empty() { ("fitted", fitted) } else { ("held out", held) };
     let surface = own.best().surface.0;
     let mut drawings = Vec::new();
-    for (rank, number) in RANKS.iter().zip(ranked(&all, PredictedTouch::error)) {
+    for (rank, number) in RANKS.iter().zip(ranked(&all, |touch| touch.error())) {
         let found = &all[number];
         let depth = |i: usize| 1e3 * (surface - found.touch.at(i).position.z);
         let line =
@@ -293,6 +293,8 @@ pub fn summary(found: &ContactIdentification) -> Value {
                     "relative_error": touch.error(), "peak_error": touch.peak_error(),
                 })
             };
+            let part = |held_out: bool| own.predicted(held_out).iter().map(touch).collect::<Vec<_>>();
+            let touches = [part(false), part(true)].concat();
             let law = |fit: &super::law::LawFit| {
                 json!({
                     "law": fit.law, "relative_error": fit.error, "criterion": fit.criterion, "estimates": fit.estimates,
@@ -303,7 +305,7 @@ pub fn summary(found: &ContactIdentification) -> Value {
             json!({
                 "laws": own.fits.iter().map(law).collect::<Vec<_>>(),
                 "indistinguishable": own.rivals().iter().map(|fit| fit.law).collect::<Vec<_>>(),
-                "touches": [false, true].map(|held| own.predicted(held).iter().map(touch).collect::<Vec<_>>()).concat(),
+                "touches": touches,
             })
         }
         FoundContact::Tosses(own) => json!({
