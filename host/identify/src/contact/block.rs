@@ -1,6 +1,6 @@
 //! The `[contact]` table of a scenario file from an identification.
 
-use super::estimate::{ContactEstimate, Determination};
+use super::estimate::{ContactDetermination, ContactEstimate};
 use super::identification::{ContactIdentification, FoundContact};
 use softdock_analysis::number::{significant, unit_text};
 use softdock_campaign::FILL_IN;
@@ -48,11 +48,11 @@ fn line(estimate: &ContactEstimate) -> String {
 /// Returns the verdict on a parameter in words.
 pub fn words(estimate: &ContactEstimate) -> String {
     match (estimate.determination, estimate.interval) {
-        (Determination::Determined, _) => "determined".to_owned(),
-        (Determination::Bounded, Some([_, high])) if estimate.key != "restitution" => {
+        (ContactDetermination::Determined, _) => "determined".to_owned(),
+        (ContactDetermination::Bounded, Some([_, high])) if estimate.key != "restitution" => {
             format!("not determined, at most {}", with_si(high, estimate.unit))
         }
-        (Determination::Bounded, Some([low, _])) => format!("not determined, at least {}", significant(low, 3)),
+        (ContactDetermination::Bounded, Some([low, _])) => format!("not determined, at least {}", significant(low, 3)),
         _ => "not determined".to_owned(),
     }
 }

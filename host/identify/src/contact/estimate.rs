@@ -14,7 +14,7 @@ pub const DETERMINED_EXPONENT: f64 = 0.2;
 /// What the data state about a parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Determination {
+pub enum ContactDetermination {
     /// A value with its interval.
     Determined,
     /// Only an upper bound: the value is not distinguishable from 0.
@@ -31,7 +31,7 @@ pub struct ContactEstimate {
     /// SI unit.
     pub unit: &'static str,
     /// Whether the data determine it.
-    pub determination: Determination,
+    pub determination: ContactDetermination,
     /// Value; `None` unless determined.
     pub value: Option<f64>,
     /// Lower and upper end of the 95 % interval; of a bounded parameter 0 and the bound.
@@ -43,7 +43,7 @@ pub struct ContactEstimate {
 impl ContactEstimate {
     /// Builds an estimate that the data do not determine at all.
     pub fn undetermined(key: &'static str, unit: &'static str, reason: impl Into<String>) -> Self {
-        let determination = Determination::NotDetermined;
+        let determination = ContactDetermination::NotDetermined;
         Self { key, unit, determination, value: None, interval: None, reason: reason.into() }
     }
 
@@ -53,16 +53,16 @@ impl ContactEstimate {
         let is_exponent = key == "exponent";
         let narrow = if is_exponent { half <= DETERMINED_EXPONENT } else { half <= DETERMINED * value.abs() };
         let (determination, reason) = if narrow && (is_exponent || interval[0] > 0.0) {
-            (Determination::Determined, String::new())
+            (ContactDetermination::Determined, String::new())
         } else {
             let share = 100.0 * half / value.abs().max(f64::MIN_POSITIVE);
             let wide = match share < 1e4 {
                 true => format!("its 95 % interval is ± {share:.0} % wide"),
                 false => "the residual does not depend on it within its legal range".to_owned(),
             };
-            (Determination::NotDetermined, wide)
+            (ContactDetermination::NotDetermined, wide)
         };
-        let value = (determination == Determination::Determined).then_some(value);
+        let value = (determination == ContactDetermination::Determined).then_some(value);
         Self { key, unit, determination, value, interval: value.map(|_| interval), reason }
     }
 
@@ -70,11 +70,11 @@ impl ContactEstimate {
     pub fn positive(key: &'static str, unit: &'static str, value: f64, interval: [f64; 2], most: f64) -> Self {
         let interval = [interval[0].max(0.0), interval[1]];
         let found = Self::new(key, unit, value, interval);
-        if found.determination == Determination::Determined || interval[1] > most {
+        if found.determination == ContactDetermination::Determined || interval[1] > most {
             return found;
         }
         let reason = "it is not distinguishable from 0".to_owned();
-        Self { determination: Determination::Bounded, interval: Some([0.0, interval[1]]), reason, ..found }
+        Self { determination: ContactDetermination::Bounded, interval: Some([0.0, interval[1]]), reason, ..found }
     }
 }
 

@@ -1,6 +1,6 @@
 //! Identification of a contact from recordings: data, fits, choice of the law, errors on held-out data.
 
-use super::estimate::{ContactEstimate, Determination};
+use super::estimate::{ContactDetermination, ContactEstimate};
 use super::law::{FittedLaw, LawFit, PredictedTouch, fit_law, predicted};
 use super::population::PopulationSize;
 use super::search::SearchSize;
@@ -42,7 +42,7 @@ pub enum FoundContact {
     /// From forces over depth.
     Touches(FoundLaw),
     /// From tosses.
-    Tosses(FoundToss),
+    Tosses(Box<FoundToss>),
 }
 
 /// Law of contact found in presses and impacts.
@@ -112,7 +112,7 @@ impl ContactIdentification {
 
     /// Returns whether every parameter has a value.
     pub fn is_complete(&self) -> bool {
-        self.estimates().iter().all(|estimate| estimate.determination == Determination::Determined)
+        self.estimates().iter().all(|estimate| estimate.determination == ContactDetermination::Determined)
     }
 }
 
@@ -136,7 +136,7 @@ pub fn identify_contact(rig: &Rig, logs: &[&Path], options: &ContactOptions) -> 
                 errors.try_into().expect("two sets")
             };
             let (fitted, held_out) = (errors(false), errors(true));
-            FoundContact::Tosses(FoundToss { fitted, held_out, fit, tosses })
+            FoundContact::Tosses(Box::new(FoundToss { fitted, held_out, fit, tosses }))
         }
         _ => {
             let what = format!("{} is no rig of kind \"contact\" or \"toss\"", rig.file);

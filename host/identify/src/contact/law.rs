@@ -1,9 +1,9 @@
 //! Fit of a contact law to measured forces along measured motions, by the contact stage of the simulation.
 
-use super::estimate::{ContactEstimate, Determination, FittedContact};
+use super::estimate::{ContactDetermination, ContactEstimate, FittedContact};
 use super::search::{SearchSize, search};
 use super::touches::{Touch, Touches};
-use super::uncertainty::{ParameterUncertainty, Series};
+use super::uncertainty::{ParameterUncertainty, SampleRange};
 use nalgebra::DVector;
 use softdock_campaign::rebound_restitution;
 use softdock_diagnosis::inference::fit::{Fitted, Simulate};
@@ -120,7 +120,7 @@ impl<'a> Compared<'a> {
     }
 
     /// Where the samples of each channel of each touch are in a residual.
-    fn series(&self) -> Vec<Vec<Series>> {
+    fn series(&self) -> Vec<Vec<SampleRange>> {
         let mut at = 0;
         let mut next = |length: usize| {
             at += length;
@@ -153,7 +153,7 @@ impl<'a> Compared<'a> {
                 let name = &self.touches[from].recording;
                 let to = (from..self.touches.len()).find(|t| self.touches[*t].recording != *name);
                 let to = to.unwrap_or(self.touches.len());
-                let own: Vec<Series> = series[from..to].iter().map(|touch| touch[channel].clone()).collect();
+                let own: Vec<SampleRange> = series[from..to].iter().map(|touch| touch[channel].clone()).collect();
                 let count: usize = own.iter().map(ExactSizeIterator::len).sum();
                 let mean = own.iter().cloned().flatten().map(|i| residual[i]).sum::<f64>() / count as f64;
                 own.into_iter().flatten().for_each(|i| residual[i] -= mean);
@@ -274,7 +274,7 @@ fn described(
             let (value, interval) = of("dissipation");
             let at = if law == FittedLaw::Rebound { slowest } else { extremes.speed };
             let damped = ContactEstimate::positive("dissipation", "s/m", value, interval, scale * extremes.speed / at);
-            if damped.determination == Determination::Determined {
+            if damped.determination == ContactDetermination::Determined {
                 restitution = Some(rebound_restitution(value * at));
             }
             estimates.push(if law == FittedLaw::Rebound { as_restitution(&damped, slowest) } else { damped });

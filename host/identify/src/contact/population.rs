@@ -48,12 +48,11 @@ impl EvaluatedSet {
     }
 }
 
+/// Function that returns the costs of sets, one for each case.
+pub type CaseCosts<'a> = dyn Fn(&[Vec<f64>]) -> Vec<Vec<f64>> + 'a;
+
 /// Minimises the mean cost from a start, in standard deviations of the parameters; gives all that was evaluated, best first.
-pub fn minimise(
-    start: &[f64],
-    size: PopulationSize,
-    evaluate: &dyn Fn(&[Vec<f64>]) -> Vec<Vec<f64>>,
-) -> Vec<EvaluatedSet> {
+pub fn minimise(start: &[f64], size: PopulationSize, evaluate: &CaseCosts) -> Vec<EvaluatedSet> {
     let dimension = start.len();
     let standard = Normal::new(0.0, 1.0).expect("a legal deviation");
     let mut mean = DVector::from_column_slice(start);

@@ -1,7 +1,7 @@
 //! Files of an identification of a contact: table for scenarios, page, JSON summary, text for the terminal.
 
 use super::block::{contact_block, source, words};
-use super::estimate::{ContactEstimate, Determination};
+use super::estimate::{ContactDetermination, ContactEstimate};
 use super::identification::{ContactIdentification, FoundContact, FoundLaw, FoundToss};
 use super::law::PredictedTouch;
 use super::toss::OpenLoopError;
@@ -73,13 +73,13 @@ pub fn contact_files(found: &ContactIdentification, command: &str) -> Result<Fig
 
 /// Returns the answer in one sentence.
 fn headline(found: &ContactIdentification) -> String {
-    let part = |determination: Determination| -> Vec<&str> {
+    let part = |determination: ContactDetermination| -> Vec<&str> {
         let own = found.estimates().iter().filter(|estimate| estimate.determination == determination);
         own.map(|estimate| estimate.key).collect()
     };
-    let determined = part(Determination::Determined);
-    let mut open = part(Determination::Bounded);
-    open.extend(part(Determination::NotDetermined));
+    let determined = part(ContactDetermination::Determined);
+    let mut open = part(ContactDetermination::Bounded);
+    open.extend(part(ContactDetermination::NotDetermined));
     let law = match &found.found {
         FoundContact::Touches(own) => law_words(own),
         FoundContact::Tosses(_) => String::new(),
@@ -108,7 +108,7 @@ fn estimate_row(estimate: &ContactEstimate) -> EstimateRow {
             .map_or(String::new(), |[low, high]| format!("{} to {}", significant(low, 4), significant(high, 4))),
         verdict: words(estimate),
         reason: estimate.reason.clone(),
-        determined: estimate.determination == Determination::Determined,
+        determined: estimate.determination == ContactDetermination::Determined,
     }
 }
 
@@ -217,7 +217,7 @@ fn touch_figures(own: &FoundLaw) -> Result<Vec<(String, String)>> {
         drawings.push((svg, caption));
     }
     let errors: Vec<f64> = all.iter().map(|touch| 100.0 * touch.error()).collect();
-    drawings.push((histogram("relative error of the force [%]", &[(&errors, colour::FACILITY)])?, format!("{name}")));
+    drawings.push((histogram("relative error of the force [%]", &[(&errors, colour::FACILITY)])?, name.to_owned()));
     Ok(drawings)
 }
 

@@ -26,7 +26,7 @@ pub struct ParameterUncertainty {
 }
 
 /// Range of a channel's samples of a group in the residual.
-pub type Series = std::ops::Range<usize>;
+pub type SampleRange = std::ops::Range<usize>;
 
 impl ParameterUncertainty {
     /// Computes the covariance of a fit whose residual consists of series in order of time; those of a group belong to one
@@ -34,7 +34,7 @@ impl ParameterUncertainty {
     ///
     /// The larger of two is taken for each parameter: white noise with as many samples as their correlation leaves
     /// independent, and the scatter of the gradients of whole groups.
-    pub fn of(fitted: &Fitted, groups: &[Vec<Series>]) -> Self {
+    pub fn of(fitted: &Fitted, groups: &[Vec<SampleRange>]) -> Self {
         let (residual, jacobian) = (&fitted.residual, &fitted.jacobian);
         let size = jacobian.ncols();
         let tau = correlation_time(residual, groups);
@@ -48,8 +48,8 @@ impl ParameterUncertainty {
         let mut covariance = white;
         if groups.len() >= FEWEST_GROUPS {
             let count = groups.len() as f64;
-            let gradient = |group: &Vec<Series>| -> DVector<f64> {
-                let of = |series: &Series| {
+            let gradient = |group: &Vec<SampleRange>| -> DVector<f64> {
+                let of = |series: &SampleRange| {
                     jacobian.rows(series.start, series.len()).tr_mul(&residual.rows(series.start, series.len()))
                 };
                 group.iter().map(of).sum()
@@ -75,11 +75,11 @@ fn inverse(matrix: &DMatrix<f64>) -> DMatrix<f64> {
 }
 
 /// Number of samples that count as one: 1 + 2 times the sum of the positive correlations of the residual.
-fn correlation_time(residual: &DVector<f64>, groups: &[Vec<Series>]) -> f64 {
-    let series: Vec<&Series> = groups.iter().flatten().collect();
+fn correlation_time(residual: &DVector<f64>, groups: &[Vec<SampleRange>]) -> f64 {
+    let series: Vec<&SampleRange> = groups.iter().flatten().collect();
     let longest = series.iter().map(|series| series.len()).max().unwrap_or(1);
     let product = |lag: usize| -> f64 {
-        let of = |series: &&Series| {
+        let of = |series: &&SampleRange| {
             let own = residual.rows(series.start, series.len());
             (lag..own.len()).map(|i| own[i] * own[i - lag]).sum::<f64>()
         };
@@ -113,7 +113,7 @@ mod tests {
             };
             let unknown = Unknown::new("slope", 0, "1", ParameterPrior::Normal { mean: 0.0, sd: 30.0 }, Role::Size);
             let found = fit(vec![Start::nominal(vec![unknown])], &[0.0], 1e-3, &simulate).remove(0);
-            let uncertainty = ParameterUncertainty::of(&found, &[vec![0..samples]]);
+            let uncertainty = ParameterUncertainty::of(&found, &[std::iter::once(0..samples).collect()]);
             let half = 30.0 * uncertainty.quantile * uncertainty.covariance[(0, 0)].sqrt();
             (found.values(&[0.0])[0] - 1.5).abs() < half
         });
