@@ -196,3 +196,51 @@ fn the_table_is_read_by_a_scenario() {
     let stiffness = scenario.model.nominal.contact_stiffness;
     assert!((stiffness / 4e7 - 1.0).abs() < 0.1, "{stiffness}\n{block}");
 }
+
+/// Rows of a tip that is pressed and slid to and fro: time, lateral and normal position, its rate, lateral and normal force.
+/// The tangential spring is bent by the slip and holds at most the friction (elastic, ideally plastic).
+fn slides(friction: f64, bristle: f64, travel: f64) -> String {
+    let mut text = "t_s,x_mm,z_mm,vz_mm_s,fx_n,fz_n\n".to_owned();
+    let (mut bent, mut before) = (0.0, 0.0);
+    for i in 0..20_000 {
+        let t = i as f64 * STEP;
+        let press = TAU * 1.0 * t;
+        let (depth, rate) = (5e-4 * (0.4 - 0.6 * press.cos()), 5e-4 * 0.6 * TAU * press.sin());
+        let x = travel * (TAU * 7.0 * t).sin();
+        let force = if depth > 0.0 { (2e5 * depth + 100.0 * rate).max(0.0) } else { 0.0 };
+        bent = if force > 0.0 { bent + x - before } else { 0.0 };
+        let most: f64 = friction * force / bristle;
+        bent = f64::clamp(bent, -most, most);
+        before = x;
+        let noise = |name: &str| 0.2 * normal(name, i);
+        let cells = [1e3 * x, -1e3 * depth, -1e3 * rate, -bristle * bent + noise("fx"), force + noise("fz")];
+        let cells: Vec<String> = cells.iter().map(|cell| format!("{cell:.6}")).collect();
+        writeln!(text, "{t:.5},{}", cells.join(",")).expect("a text");
+    }
+    text
+}
+
+const SLIDING_RIG: &str = "schema = \"rig/1\"\nkind = \"contact\"\nid = \"slides\"\n[contact]\nstiffness = \"1e5 N/m\"\n[log]\n\
+    \"t\" = { column = \"t_s\", unit = \"s\" }\n\"position.x\" = { column = \"x_mm\", unit = \"mm\" }\n\
+    \"position.z\" = { column = \"z_mm\", unit = \"mm\" }\n\"rate.z\" = { column = \"vz_mm_s\", unit = \"mm/s\" }\n\
+    \"force.x\" = { column = \"fx_n\", unit = \"N\" }\n\"force.z\" = { column = \"fz_n\", unit = \"N\" }\n";
+
+/// Friction is found where the tip slides; where it only bends the bristles, their stiffness is found and friction is not.
+#[test]
+fn friction_is_found_where_the_tip_slides_and_only_there() {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("rig.toml"), SLIDING_RIG).expect("written");
+    let rig = Rig::load(&folder.path().join("rig.toml")).unwrap_or_else(|problems| panic!("{problems}"));
+    let found = |name: &str, travel: f64| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, slides(0.25, 1e5, travel)).expect("written");
+        let options = ContactOptions { hold_out: 0.0, law: Some(FittedLaw::Linear), seed: 1 };
+        identify_contact(&rig, &[&path], &options).expect("an answer")
+    };
+    let sliding = found("sliding.csv", 2e-3);
+    assert_found(&sliding, "friction", 0.25, 0.02);
+    assert_found(&sliding, "stiffness", 2e5, 0.02);
+    assert_found(&sliding, "damping", 100.0, 0.1);
+    let stuck = found("stuck.csv", 2e-6);
+    assert_open(&stuck, "friction");
+}
