@@ -25,6 +25,7 @@ const CAMPAIGN: &str = "campaign.toml";
 const SCENARIO: &str = "scenario.toml";
 const ARM: &str = "arm.urdf";
 const TABLE: &str = "delays.csv";
+const COVARIANCE: &str = "offsets.csv";
 
 const fn campaign(
     old: &'static str,
@@ -99,6 +100,21 @@ const CAMPAIGNS: &[Case] = &[
     campaign("[outer]\ndraws = 4", "", 16, "dispersion[2].dist", "there is no outer loop", "draws = 20"),
     campaign("target = \"offset\"", "target = \"offset_q\"", 20, "dispersion[3].target", "no parameter `offset_q`", "did you mean `offset`?"),
     campaign("sigma = [\"1 mm\", \"2 mm\", \"3 mm\"]", "sigma = [\"1 mm\", \"2 mm\"]", 21, "dispersion[3].dist.sigma", "2 values for 3 targets", "write 3 values in brackets"),
+    campaign("kind = \"loguniform\", min = \"1e4 N/m\", max = \"1e5 N/m\"", "kind = \"triangular\", min = \"1e4 N/m\", max = \"1e5 N/m\"", 12, "dispersion[1].dist.kind", "`triangular` needs the key `mode`", "`triangular` takes: min, mode, max"),
+    campaign("kind = \"loguniform\", min = \"1e4 N/m\", max = \"1e5 N/m\"", "kind = \"triangular\", min = \"1e4 N/m\", mode = \"2e5 N/m\", max = \"1e5 N/m\"", 12, "dispersion[1].dist.mode", "mode 200000 N/m is not from min to max", "write mode from 10000 N/m to 100000 N/m"),
+    campaign("kind = \"loguniform\", min = \"1e4 N/m\", max = \"1e5 N/m\"", "kind = \"beta\", a = 0, b = 2, min = \"1e4 N/m\", max = \"1e5 N/m\"", 12, "dispersion[1].dist.a", "0 is out of range", "at least 0.1, at most 1000"),
+    campaign("kind = \"loguniform\", min = \"1e4 N/m\", max = \"1e5 N/m\"", "kind = \"beta\", a = 1, b = 2, min = \"1e5 N/m\", max = \"1e4 N/m\"", 12, "dispersion[1].dist.max", "max is not above min", "write max above min"),
+    campaign("kind = \"loguniform\", min = \"1e4 N/m\", max = \"1e5 N/m\"", "kind = \"weibull\", scale = \"1e5 N/m\", shape = 0.2", 12, "dispersion[1].dist", "beyond its legal range", "lower scale, raise shape, or use kind = "),
+    campaign("kind = \"loguniform\", min = \"1e4 N/m\", max = \"1e5 N/m\"", "kind = \"weibull\", scale = \"1e5 mm\", shape = 2", 12, "dispersion[1].dist.scale", "this is a length, not a stiffness", "N/m"),
+    campaign("kind = \"loguniform\", min = \"1e4 N/m\", max = \"1e5 N/m\"", "kind = \"arcsine\", min = \"1e4 N/m\"", 12, "dispersion[1].dist.kind", "`arcsine` needs the key `max`", "`arcsine` takes: min, max"),
+    campaign("kind = \"loguniform\", min = \"1e4 N/m\", max = \"1e5 N/m\"", "kind = \"discrete\", values = [\"1e4 N/m\"]", 12, "dispersion[1].dist.values", "two values or more", "use kind = "),
+    campaign("kind = \"loguniform\", min = \"1e4 N/m\", max = \"1e5 N/m\"", "kind = \"discrete\", values = [\"1e4 N/m\", \"2e4 N/m\"], weights = [1]", 12, "dispersion[1].dist.weights", "1 values where 2 belong", "write 2 values in brackets"),
+    campaign("kind = \"loguniform\", min = \"1e4 N/m\", max = \"1e5 N/m\"", "kind = \"discrete\", values = [\"1e4 N/m\", \"2e4 N/m\"], weights = [1, 0]", 12, "dispersion[1].dist.weights[2]", "0 is out of range", "above 0"),
+    campaign("kind = \"loguniform\", min = \"1e4 N/m\", max = \"1e5 N/m\"", "kind = \"discrete\", values = [\"1e4 N/m\", \"10 kN/m\"]", 12, "dispersion[1].dist.values[2]", "the value 10000 N/m occurs twice", "write it once"),
+    campaign("sigma = [\"1 mm\", \"2 mm\", \"3 mm\"]", "covariance = \"none.csv\"", 21, "dispersion[3].dist.covariance", "there is no file", "relative to the file that names it"),
+    campaign("sigma = [\"1 mm\", \"2 mm\", \"3 mm\"]", "covariance = \"offsets.csv\", unit = \"kg\"", 21, "dispersion[3].dist.unit", "this is not a unit of `offset_x`", "or remove `unit`"),
+    campaign("sigma = [\"1 mm\", \"2 mm\", \"3 mm\"]", "covariance = \"offsets.csv\", sigma = [\"1 mm\", \"2 mm\", \"3 mm\"]", 21, "dispersion[3].dist.sigma", "`sigma` is in the covariance file already", "remove `covariance`"),
+    campaign("sigma = [\"1 mm\", \"2 mm\", \"3 mm\"]", "", 21, "dispersion[3].dist.kind", "`mvnormal` needs the key `sigma`", "covariance"),
     campaign("kind = \"mvnormal\"", "kind = \"normal\"", 20, "dispersion[3].target", "`offset` is a vector", "\"offset_x\", \"offset_y\" or \"offset_z\""),
     campaign("delays.csv", "delays.parquet", 25, "dispersion[4].dist.file", "only CSV", "Parquet tables are not read here"),
     campaign("unit = \"ms\"", "unit = \"mm\"", 25, "dispersion[4].dist.unit", "not a unit of the target", "s, ms, us, ns, min"),
@@ -306,7 +322,7 @@ fn valid() -> PathBuf {
 /// Returns a folder with the valid files, of which one may be damaged.
 fn folder() -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    for file in [CAMPAIGN, SCENARIO, ARM, TABLE] {
+    for file in [CAMPAIGN, SCENARIO, ARM, TABLE, COVARIANCE] {
         fs::copy(valid().join(file), folder.path().join(file)).expect("copied");
     }
     folder

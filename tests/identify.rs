@@ -73,3 +73,65 @@ fn bad_input_exits_with_2_and_a_remedy() {
         assert!(printed.replace('\n', " ").contains(part), "`{part}` in {printed}");
     }
 }
+
+/// Runs `softdock identify contact` in a folder.
+fn contact(folder: &Path, rig: &Path, words: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_softdock"));
+    command.current_dir(folder).args(["identify", "contact"]).arg(rig).args(words).stdin(Stdio::null());
+    command.output().expect("softdock starts")
+}
+
+#[test]
+fn tosses_give_a_contact_with_page_and_figures() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (rig, log) = (root().join("campaigns/rigs/cube_toss.toml"), root().join("tests/data/cube-tosses/tosses.csv"));
+    let output = contact(folder.path(), &rig, &["--data", &log.display().to_string(), "--hold-out", "0.5"]);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let left = folder.path().join("results/identify_cube-toss");
+    let json = fs::read_to_string(left.join("identification.json")).expect("figures");
+    let figures: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+    let errors = |set: &str, key: &str| -> f64 {
+        let all = figures["errors_held_out"][set].as_array().expect("errors");
+        all.iter().map(|error| error[key].as_f64().expect("a number")).sum::<f64>() / all.len() as f64
+    };
+    for key in ["position_m", "rotation_rad"] {
+        assert!(errors("identified", key) < errors("rig", key), "{key}: held-out tosses are predicted better");
+    }
+    let friction = figures["estimates"].as_array().expect("estimates").iter().find(|e| e["key"] == "friction");
+    let friction = friction.expect("friction")["value"].as_f64().expect("determined");
+    assert!((0.1..0.25).contains(&friction), "published 0.18: {friction}");
+    let page = fs::read_to_string(left.join("identify.html")).expect("a page");
+    assert!(page.matches("<svg").count() >= 2 && page.contains("held-out tosses, identified"));
+    assert!(!page.contains("http:") && !page.contains(&*root().to_string_lossy()), "the page stands alone");
+    let block = fs::read_to_string(left.join("contact.toml")).expect("a table");
+    assert!(block.contains("[contact]") && block.contains("law = \"rebound\""), "{block}");
+}
+
+/// Each error has its place and a remedy, and exit code 2.
+#[test]
+fn bad_input_of_a_contact_is_rejected() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let rig = root().join("campaigns/rigs/plate_press.toml");
+    let rows = |cell: &str| -> String {
+        let row = |i: usize| format!("{},{},{}\n", i as f64 * 1e-3, if i == 99 { cell } else { "0.1" }, i % 2);
+        format!("t_s,depth_mm,force_n\n{}", (0..400).map(row).collect::<String>())
+    };
+    let cases = [
+        ("other.csv", rows("0.1").replace("depth_mm", "depth"), "depth_mm", "other.csv"),
+        ("cell.csv", rows("abc"), "abc", "cell.csv:101"),
+        ("still.csv", rows("0.1").replace(",1\n", ",0\n"), "no recording has a touch", "force.z"),
+    ];
+    for (name, text, what, place) in cases {
+        fs::write(folder.path().join(name), text).expect("written");
+        let output = contact(folder.path(), &rig, &["--data", name]);
+        let printed = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{name}: {printed}");
+        assert!(printed.contains(what) && printed.contains(place), "{name}: {printed}");
+    }
+    let emps = root().join("campaigns/rigs/emps.toml");
+    let output = contact(folder.path(), &emps, &["--data", "still.csv"]);
+    let printed = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.code() == Some(2) && printed.contains("kind \"contact\""), "{printed}");
+    let output = contact(folder.path(), &rig, &["--data", "still.csv", "--hold-out", "1"]);
+    assert_eq!(output.status.code(), Some(2), "a share of 1 leaves nothing to fit");
+}

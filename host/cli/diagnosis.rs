@@ -2,9 +2,9 @@
 
 use crate::progress::Terminal;
 use crate::terminal::{Exit, Failure, Format, Outcome, print, warn, write};
-use crate::values::{named, positive};
+use crate::values::{named, positive, share_below_one};
 use clap::{Args, Subcommand};
-use softdock_campaign::Robot;
+use softdock_campaign::{Rig, Robot};
 use softdock_diagnosis::data::hold_out::Every;
 use softdock_diagnosis::data::quality;
 use softdock_diagnosis::diagnosis::{Diagnosis, DiagnosisOptions};
@@ -20,6 +20,9 @@ use softdock_diagnosis::verdict::judged::Judged;
 use softdock_engine::simulator::Simulator;
 use softdock_engine::{Choice, EngineError};
 use softdock_farm::{FarmError, ModelComparison, default_results, device_failure};
+use softdock_identify::contact::identification::{ContactOptions, identify_contact};
+use softdock_identify::contact::law::FittedLaw;
+use softdock_identify::contact::report::{contact_files, terminal as contact_text};
 use softdock_identify::excitation::{DesignOptions, design};
 use softdock_identify::files::{identification_files, motion_files};
 use softdock_identify::motion::Preparation;
@@ -28,7 +31,7 @@ use softdock_identify::{IdentificationOptions, identify as identify_robot, repor
 use softdock_session::rehearsal::rehearse_runs;
 use std::path::{Path, PathBuf};
 
-/// Identify a robot from recorded motions, or design a motion that excites its parameters.
+/// Identify a robot or a contact from recordings, or design a motion that excites a robot's parameters.
 #[derive(Args, Debug)]
 pub(crate) struct IdentifyArgs {
     /// System to identify.
@@ -40,6 +43,7 @@ pub(crate) struct IdentifyArgs {
 #[derive(Debug, Subcommand)]
 enum Identify {
     Robot(Box<RobotArgs>),
+    Contact(ContactArgs),
 }
 
 /// Identify links, rotors and friction of an industrial robot.
@@ -86,8 +90,71 @@ struct RobotArgs {
     format: Format,
 }
 
+/// Identify stiffness, damping, exponent, restitution and friction of a contact.
+#[derive(Args, Debug)]
+#[command(after_help = "\
+The rig file states what is recorded. Kind \"contact\": presses and impacts, with columns for time, position.z (or depth, with
+scale = -1) and force.z, optionally for rate.z and for lateral positions and forces. Kind \"toss\": poses of a body that is
+thrown onto a plane. Recordings are CSV or Parquet; [log] of the rig file names their columns.
+
+DIR gets contact.toml (a [contact] table for a scenario file), identify.html and identification.json. A parameter that the
+data do not determine has no value; a required key without a value is \"fill in\", which every reader rejects.
+
+Exit codes: 0 answered, whatever is determined; 2 bad input.
+
+Examples:
+  softdock identify contact campaigns/rigs/plate_press.toml --data press_1.csv press_2.csv --hold-out 0.3
+  softdock identify contact campaigns/rigs/cube_toss.toml --data tosses.csv --hold-out 0.5 --out results/cube")]
+struct ContactArgs {
+    /// Rig file of kind \"contact\" or \"toss\".
+    rig: PathBuf,
+    /// Recordings.
+    #[arg(long, value_name = "LOG", num_args = 1.., required = true)]
+    data: Vec<PathBuf>,
+    /// Share of the touches or tosses that is held out of the fit, evenly spread; 0 for none.
+    #[arg(long, value_name = "SHARE", default_value_t = 0.25, value_parser = share_below_one)]
+    hold_out: f64,
+    /// Law of the normal force; the one with the least information criterion if not given. Not for tosses.
+    #[arg(long, value_name = "LAW", value_parser = named(&LAWS))]
+    law: Option<FittedLaw>,
+    /// Seed of the start values.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// Results folder; `results/identify_ID` if not given.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    #[command(flatten)]
+    format: Format,
+}
+
+/// Laws that can be identified.
+const LAWS: [(&str, &str, FittedLaw); 3] = [
+    ("linear", "F = K d + b d'", FittedLaw::Linear),
+    ("power", "F = K d^n (1 + a d')", FittedLaw::Power),
+    ("rebound", "F = K d^n (1 + D d'/v), the same restitution at every speed v of approach", FittedLaw::Rebound),
+];
+
 pub(crate) fn identify(args: &IdentifyArgs) -> Outcome {
-    let Identify::Robot(args) = &args.system;
+    match &args.system {
+        Identify::Robot(args) => identify_links(args),
+        Identify::Contact(args) => identify_law(args),
+    }
+}
+
+fn identify_law(args: &ContactArgs) -> Outcome {
+    let rig = Rig::load(&args.rig)?;
+    let options = ContactOptions { hold_out: args.hold_out, law: args.law, seed: args.seed };
+    let found = identify_contact(&rig, &paths(&args.data), &options)?;
+    let command = CommandLine::new("identify contact", std::slice::from_ref(&args.rig)).files("data", &args.data);
+    let command = command.option("hold-out", Some(args.hold_out)).option("law", args.law.map(FittedLaw::word));
+    let work = contact_files(&found, &command.option("seed", Some(args.seed)).text())?;
+    let folder = args.out.clone().unwrap_or_else(|| default_results(&format!("identify_{}", rig.id)));
+    let written = write(&folder, &work.files)?;
+    args.format.print(|| work.figures, || format!("{}\n\n{written}", contact_text(&found)));
+    Ok(Exit::Done)
+}
+
+fn identify_links(args: &RobotArgs) -> Outcome {
     let prior = Robot::load(&args.model)?;
     let (name, work, text) = if args.design { design_motion(args, &prior)? } else { fit_robot(args, &prior)? };
     let folder = args.out.clone().unwrap_or_else(|| default_results(&name));

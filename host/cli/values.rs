@@ -18,6 +18,12 @@ pub(crate) fn runs() -> clap::builder::RangedU64ValueParser<u64> {
     clap::value_parser!(u64).range(1..=1_000_000_000)
 }
 
+/// Parses a share from 0 to below 1.
+pub(crate) fn share_below_one(text: &str) -> Result<f64, String> {
+    let number = text.parse::<f64>().ok().filter(|number| (0.0..1.0).contains(number));
+    number.ok_or_else(|| "write a number from 0 to below 1".to_owned())
+}
+
 /// Parses a finite number above 0.
 pub(crate) fn positive(text: &str) -> Result<f64, String> {
     let number = text.parse::<f64>().ok().filter(|number| *number > 0.0 && number.is_finite());

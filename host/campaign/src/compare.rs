@@ -143,8 +143,9 @@ fn bands(c: &mut Checker, name: &At<String>, count: usize, axes: &Axes) -> Optio
     };
     let reach = |share: f64| found.distribution.quantile(share);
     let (min, max) = match found.distribution {
-        // The ends of a normal distribution hold nothing.
+        // The ends of distributions without bounds hold nothing.
         Distribution::Normal { .. } => (reach(0.005), reach(0.995)),
+        Distribution::Weibull { min, .. } => (min, reach(0.995)),
         _ => found.distribution.reach(),
     };
     if min >= max {

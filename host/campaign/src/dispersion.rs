@@ -2,6 +2,7 @@
 
 use crate::campaign::Extra;
 use crate::check::{Checker, span_of};
+use crate::covariance;
 use crate::distribution::{Distribution, kept_share};
 use crate::ranges::{in_words, legal, vector_name};
 use crate::scenario_key::{PREFIX, ScenarioKey};
@@ -70,6 +71,9 @@ pub(crate) struct DispersionReader<'a> {
 /// Bound for means and deviations that the legal range of the draws does not bound already.
 const ANY: f64 = 1e15;
 
+/// Shapes of beta and Weibull distributions: below, whole draws vanish in rounding; above, the distribution is a constant.
+const SHAPE: Range = Range::within(0.1, 1e3);
+
 #[derive(Clone, Copy, PartialEq)]
 enum Kind {
     Constant,
@@ -77,6 +81,11 @@ enum Kind {
     Uniform,
     TruncatedNormal,
     LogUniform,
+    Triangular,
+    Beta,
+    Weibull,
+    Arcsine,
+    Discrete,
     MultivariateNormal,
     Table,
 }
@@ -87,6 +96,11 @@ const KINDS: &[(&str, Kind)] = &[
     ("uniform", Kind::Uniform),
     ("truncnormal", Kind::TruncatedNormal),
     ("loguniform", Kind::LogUniform),
+    ("triangular", Kind::Triangular),
+    ("beta", Kind::Beta),
+    ("weibull", Kind::Weibull),
+    ("arcsine", Kind::Arcsine),
+    ("discrete", Kind::Discrete),
     ("mvnormal", Kind::MultivariateNormal),
     ("table", Kind::Table),
 ];
@@ -124,16 +138,32 @@ impl DispersionReader<'_> {
         }
         use Kind::*;
         let needs = |name, span, kinds: &[Kind]| (name, span, kinds.contains(&kind), kinds.contains(&kind));
+        let takes = |name, span, of: Kind| (name, span, kind == of, false);
+        let several = kind == MultivariateNormal;
+        let (covariance, sigma) = (span_of(&dist.covariance), span_of(&dist.sigma));
+        let of_matrix = several && covariance.is_some();
+        let bounded = [Uniform, TruncatedNormal, LogUniform, Triangular, Beta, Arcsine];
         let keys = [
             needs("value", span_of(&dist.value), &[Constant]),
+            needs("values", span_of(&dist.values), &[Discrete]),
+            takes("weights", span_of(&dist.weights), Discrete),
             needs("mean", span_of(&dist.mean), &[Normal, TruncatedNormal, MultivariateNormal]),
-            needs("sigma", span_of(&dist.sigma), &[Normal, TruncatedNormal, MultivariateNormal]),
-            needs("min", span_of(&dist.min), &[Uniform, TruncatedNormal, LogUniform]),
-            needs("max", span_of(&dist.max), &[Uniform, TruncatedNormal, LogUniform]),
-            ("corr", span_of(&dist.corr), kind == MultivariateNormal, false),
+            match several {
+                true => ("sigma", sigma, true, covariance.is_none()),
+                false => needs("sigma", sigma, &[Normal, TruncatedNormal]),
+            },
+            ("min", span_of(&dist.min), bounded.contains(&kind) || kind == Weibull, bounded.contains(&kind)),
+            needs("mode", span_of(&dist.mode), &[Triangular]),
+            needs("max", span_of(&dist.max), &bounded),
+            needs("a", span_of(&dist.a), &[Beta]),
+            needs("b", span_of(&dist.b), &[Beta]),
+            needs("scale", span_of(&dist.scale), &[Weibull]),
+            needs("shape", span_of(&dist.shape), &[Weibull]),
+            takes("corr", span_of(&dist.corr), MultivariateNormal),
+            takes("covariance", covariance, MultivariateNormal),
             needs("file", span_of(&dist.file), &[Table]),
             needs("column", span_of(&dist.column), &[Table]),
-            needs("unit", span_of(&dist.unit), &[Table]),
+            ("unit", span_of(&dist.unit), kind == Table || of_matrix, kind == Table),
         ];
         self.c.keys_of_kind(&dist.kind, &keys).then_some(kind)
     }
@@ -261,6 +291,26 @@ impl DispersionReader<'_> {
                     max: bound(c, &dist.max, unit, range),
                 }
             }
+            Kind::Triangular => Distribution::Triangular {
+                min: bound(c, &dist.min, unit, range),
+                mode: bound(c, &dist.mode, unit, range),
+                max: bound(c, &dist.max, unit, range),
+            },
+            Kind::Beta => Distribution::Beta {
+                a: bound(c, &dist.a, "1", SHAPE),
+                b: bound(c, &dist.b, "1", SHAPE),
+                min: bound(c, &dist.min, unit, range),
+                max: bound(c, &dist.max, unit, range),
+            },
+            Kind::Weibull => Distribution::Weibull {
+                scale: bound(c, &dist.scale, unit, positive),
+                shape: bound(c, &dist.shape, "1", SHAPE),
+                min: bound(c, &dist.min, unit, range),
+            },
+            Kind::Arcsine => {
+                Distribution::Arcsine { min: bound(c, &dist.min, unit, range), max: bound(c, &dist.max, unit, range) }
+            }
+            Kind::Discrete => self.discrete(dist, unit, range)?,
             Kind::MultivariateNormal => return None,
             Kind::Table => Distribution::Table { values: self.table(dist, unit, range)? },
         };
@@ -279,10 +329,41 @@ impl DispersionReader<'_> {
         {
             let remedy = "move min and max towards the mean, or raise sigma";
             self.c.refuse(&written.span, "the bounds cut away the whole distribution", remedy);
+        } else if let (Distribution::Triangular { mode, .. }, Some(written)) = (distribution, &dist.mode)
+            && !(min..=max).contains(mode)
+        {
+            let message = format!("mode {} is not from min to max", show(*mode, unit));
+            let remedy = format!("write mode from {} to {}", show(min, unit), show(max, unit));
+            self.c.refuse(&written.span, message, remedy);
         }
     }
 
-    /// A normal distribution has no bounds: what it can reach must be legal.
+    /// Values with their weights.
+    fn discrete(&mut self, dist: &DistributionTable, unit: &str, range: Range) -> Option<Distribution> {
+        let (noted, written) = (self.c.problems.len(), dist.values.as_ref()?);
+        if written.value.len() < 2 {
+            self.c.refuse(&written.span, "a discrete distribution has two values or more", "use kind = \"constant\"");
+            return None;
+        }
+        let values: Vec<f64> = written.value.iter().map(|value| self.c.number(value, unit, range)).collect();
+        let weights = match &dist.weights {
+            Some(weights) => self.c.list(weights, values.len(), "1", Range::above(0.0, ANY)),
+            None => vec![1.0; values.len()],
+        };
+        if self.c.problems.len() > noted {
+            return None;
+        }
+        for (place, value) in values.iter().enumerate() {
+            if values[..place].contains(value) {
+                let message = format!("the value {} occurs twice", show(*value, unit));
+                self.c.refuse(&written.value[place].span, message, "write it once, and its whole weight in weights");
+                return None;
+            }
+        }
+        Some(Distribution::discrete(values.into_iter().zip(weights).collect()))
+    }
+
+    /// Normal and Weibull distributions are not bounded: what they can reach must be legal.
     fn check_reach(&mut self, name: &str, unit: &str, distribution: &Distribution, span: &Span<usize>) {
         let (range, (least, greatest)) = (legal_draws(name), distribution.reach());
         if !(range.contains(least) && range.contains(greatest)) {
@@ -291,7 +372,11 @@ impl DispersionReader<'_> {
                 show(least, unit),
                 show(greatest, unit)
             );
-            let remedy = format!("use kind = \"truncnormal\" with min and max ({})", in_words(range, unit));
+            let bounded = match distribution {
+                Distribution::Weibull { .. } => "lower scale, raise shape, or use kind = \"beta\"",
+                _ => "use kind = \"truncnormal\"",
+            };
+            let remedy = format!("{bounded} with min and max ({})", in_words(range, unit));
             self.c.refuse(span, message, remedy);
         }
     }
@@ -321,18 +406,79 @@ impl DispersionReader<'_> {
         let noted = self.c.problems.len();
         let table = &dist.value;
         let means = self.several(&table.mean, targets, false);
-        let sigmas = self.several(&table.sigma, targets, true);
-        if let Some(corr) = &table.corr {
-            let first = self.dispersions.len();
-            let members = (first..first + targets.len()).collect();
-            if let Some(factor) = factor(self.c, &corr.value, &corr.span, targets.len(), |pearson| pearson) {
-                self.correlations.push(Correlation { members, factor });
+        let first = self.dispersions.len();
+        let members: Vec<usize> = (first..first + targets.len()).collect();
+        let sigmas = match &table.covariance {
+            Some(file) => {
+                let Some((sigmas, factor)) = self.covariance(table, file, targets) else { return Vec::new() };
+                if targets.len() > 1 {
+                    self.correlations.push(Correlation { members, factor });
+                }
+                sigmas
             }
-        }
+            None => {
+                let sigmas = self.several(&table.sigma, targets, true);
+                if let Some(corr) = &table.corr
+                    && let Some(factor) = factor(self.c, &corr.value, &corr.span, targets.len(), |pearson| pearson)
+                {
+                    self.correlations.push(Correlation { members, factor });
+                }
+                sigmas
+            }
+        };
         if self.c.problems.len() > noted {
             return Vec::new();
         }
         means.into_iter().zip(sigmas).map(|(mean, sigma)| Distribution::Normal { mean, sigma }).collect()
+    }
+
+    /// Standard deviations and the factor of the correlation matrix, from the file of a covariance matrix.
+    fn covariance(
+        &mut self,
+        table: &DistributionTable,
+        file: &At<String>,
+        targets: &[usize],
+    ) -> Option<(Vec<f64>, Vec<Vec<f64>>)> {
+        for (name, span) in [("sigma", span_of(&table.sigma)), ("corr", span_of(&table.corr))] {
+            if let Some(span) = span {
+                let remedy = format!("remove `{name}`, or remove `covariance`");
+                self.c.refuse(&span, format!("`{name}` is in the covariance file already"), remedy);
+                return None;
+            }
+        }
+        let mut scales = Vec::new();
+        for target in targets {
+            let field = &self.fields[*target];
+            let written = table.unit.as_ref().map_or(field.unit, |unit| unit.value.as_str());
+            let scale = if written == "1" && field.unit == "1" {
+                Ok(1.0)
+            } else {
+                quantity(&format!("1 {written}"), field.unit)
+            };
+            match (scale, &table.unit) {
+                (Ok(scale), _) => scales.push(scale),
+                (Err(_), Some(unit)) => {
+                    let message = format!("this is not a unit of `{}`", field.name);
+                    let remedy = format!(
+                        "write a unit of {}: {}; or remove `unit` and write the file in SI units",
+                        noun(field.unit),
+                        suggestions(field.unit)
+                    );
+                    self.c.refuse(&unit.span, message, remedy);
+                    return None;
+                }
+                // A unit of the table of parameters has the factor 1.
+                (Err(_), None) => scales.push(1.0),
+            }
+        }
+        let names: Vec<&str> = targets.iter().map(|target| self.fields[*target].name.as_str()).collect();
+        let path = self.c.source.sibling(&file.value);
+        let read = Source::read(&path, Some((&self.c.source, file.span.clone()))).and_then(|source| {
+            let found = covariance::read(&source, &names, &scales);
+            self.tables.push(source);
+            found
+        });
+        read.map_err(|problems| self.c.problems.extend(problems)).ok()
     }
 
     /// One mean or deviation per target.
@@ -449,12 +595,10 @@ fn factor(
         return None;
     }
     let matrix = DMatrix::from_fn(count, count, |i, j| if i == j { 1.0 } else { to_normal(rows[i][j]) });
-    // A pivot of rounding errors alone is a singular matrix.
-    let Some(cholesky) = matrix.cholesky().filter(|c| c.l_dirty().diagonal().min() > 1e-6) else {
+    let lower = covariance::lower_factor(matrix);
+    if lower.is_none() {
         let remedy = "weaken the correlations: no set of variables has all of these at once";
         c.refuse(span, "this correlation matrix is not positive definite", remedy);
-        return None;
-    };
-    let lower = cholesky.l();
-    Some((0..count).map(|i| lower.row(i).iter().take(i + 1).copied().collect()).collect())
+    }
+    lower
 }

@@ -24,6 +24,7 @@ fn campaign(runs: u64, entries: &str) -> Campaign {
     );
     std::fs::write(folder.path().join("s.toml"), FREE_BODY).expect("written");
     std::fs::write(folder.path().join("delays.csv"), "delay_ms\n4\n8\n40\n").expect("written");
+    std::fs::write(folder.path().join("offsets.csv"), COVARIANCE).expect("written");
     std::fs::write(folder.path().join("c.toml"), head + entries).expect("written");
     load(&folder.path().join("c.toml")).unwrap_or_else(|problems| panic!("{problems}"))
 }
@@ -55,6 +56,9 @@ fn ranks(values: &[f64]) -> Vec<f64> {
     }
     ranks
 }
+
+/// Standard deviations 1, 2 and 3 mm, correlations 0.5, -0.3 and 0.2, in mm².
+const COVARIANCE: &str = "offset_x,offset_y,offset_z\n1,1,-0.9\n1,4,1.2\n-0.9,1.2,9\n";
 
 const MASS: &str = "[[dispersion]]\ntarget = \"target_mass\"\n\
                     dist = { kind = \"uniform\", min = \"300 kg\", max = \"500 kg\" }\n";
@@ -159,21 +163,81 @@ fn the_probe_stands_before_the_drogue() {
 /// Means, deviations and correlations of a whole vector, within five standard errors.
 #[test]
 fn multivariate_normals_have_their_covariance() {
-    let c = campaign(
-        40_000,
-        "[[dispersion]]\ntarget = \"offset\"\ndist = { kind = \"mvnormal\", mean = [\"0 m\", \"1 mm\", \"-2 mm\"], \
-         sigma = [\"1 mm\", \"2 mm\", \"3 mm\"], corr = [[1, 0.5, -0.3], [0.5, 1, 0.2], [-0.3, 0.2, 1]] }\n",
-    );
-    let [x, y, z] = ["offset_x", "offset_y", "offset_z"].map(|name| drawn(&c, name));
+    let draws = |figures: &str| {
+        let mean = "mean = [\"0 m\", \"1 mm\", \"-2 mm\"]";
+        let kind = "[[dispersion]]\ntarget = \"offset\"\ndist = { kind = \"mvnormal\"";
+        let c = campaign(40_000, &format!("{kind}, {mean}, {figures} }}\n"));
+        ["offset_x", "offset_y", "offset_z"].map(|name| drawn(&c, name))
+    };
+    let stated =
+        draws("sigma = [\"1 mm\", \"2 mm\", \"3 mm\"], corr = [[1, 0.5, -0.3], [0.5, 1, 0.2], [-0.3, 0.2, 1]]");
+    let [x, y, z] = &stated;
     let error = 5.0 / 200.0;
-    for (values, center, sigma) in [(&x, 0.0, 1e-3), (&y, 1e-3, 2e-3), (&z, -2e-3, 3e-3)] {
+    for (values, center, sigma) in [(x, 0.0, 1e-3), (y, 1e-3, 2e-3), (z, -2e-3, 3e-3)] {
         let deviation = (values.iter().map(|v| (v - center).powi(2)).sum::<f64>() / 40_000.0).sqrt();
         assert!((mean(values) - center).abs() < error * sigma, "{}", mean(values));
         assert!((deviation / sigma - 1.0).abs() < error, "{deviation}");
     }
-    for (a, b, expected) in [(&x, &y, 0.5), (&x, &z, -0.3), (&y, &z, 0.2)] {
+    for (a, b, expected) in [(x, y, 0.5), (x, z, -0.3), (y, z, 0.2)] {
         assert!((correlation(a, b) - expected).abs() < error, "{expected}: {}", correlation(a, b));
     }
+    let from_file = draws("covariance = \"offsets.csv\", unit = \"mm\"");
+    for (one, other) in stated.iter().flatten().zip(from_file.iter().flatten()) {
+        assert!((one - other).abs() < 1e-15, "the same matrix from a file gives the same draws: {one} {other}");
+    }
+}
+
+/// A discrete parameter has the share of each value, to one run where the draws are stratified.
+#[test]
+fn discrete_values_have_their_shares() {
+    let dist = "[[dispersion]]\ntarget = \"target_mass\"\ndist = { kind = \"discrete\", \
+                values = [\"500 kg\", \"300 kg\", \"400 kg\"], weights = [1, \"20 %\", 0.8] }\n";
+    let counts = |sampling: &str| {
+        let c = campaign(1000, &format!("{sampling}{dist}{STIFFNESS}"));
+        let masses = drawn(&c, "target_mass");
+        [300.0, 400.0, 500.0].map(|mass| masses.iter().filter(|drawn| **drawn == mass).count() as i64)
+    };
+    for sampling in ["[sampling]\nmethod = \"lhs\"\n", "[sampling]\nmethod = \"sobol\"\n"] {
+        let found = counts(sampling);
+        let most = if sampling.contains("lhs") { 1 } else { 4 };
+        assert_eq!(found.iter().sum::<i64>(), 1000);
+        assert!(found.iter().zip([100, 400, 500]).all(|(found, due)| (found - due).abs() <= most), "{found:?}");
+    }
+    // Random: within four binomial standard deviations, and not stratified.
+    let found = counts("");
+    assert_eq!(found.iter().sum::<i64>(), 1000);
+    for (found, share) in found.iter().zip([0.1, 0.4, 0.5]) {
+        let sd = (1000.0 * share * (1.0_f64 - share)).sqrt();
+        assert!((*found as f64 - 1000.0 * share).abs() < 4.0 * sd, "{found} of {share}");
+    }
+}
+
+/// Every one of n equal strata of the quantile is met once, whatever the distribution.
+#[test]
+fn new_distributions_are_stratified_and_described() {
+    let entries = "[[dispersion]]\ntarget = \"target_mass\"\n\
+                   dist = { kind = \"triangular\", min = \"300 kg\", mode = \"300 kg\", max = \"500 kg\" }\n\
+                   [[dispersion]]\ntarget = \"contact_friction\"\n\
+                   dist = { kind = \"arcsine\", min = 0.1, max = 0.3 }\n\
+                   [[dispersion]]\ntarget = \"contact_stiffness\"\n\
+                   dist = { kind = \"weibull\", scale = \"1e4 N/m\", shape = 2, min = \"1e4 N/m\" }\n\
+                   [[dispersion]]\ntarget = \"loop_delay\"\n\
+                   dist = { kind = \"beta\", a = 1, b = 2, min = \"4 ms\", max = \"24 ms\" }\n";
+    let c = campaign(400, &format!("[sampling]\nmethod = \"lhs\"\n{entries}"));
+    // Distribution functions in closed form.
+    let shares: [(&str, &dyn Fn(f64) -> f64); 4] = [
+        ("target_mass", &|m| 1.0 - ((500.0 - m) / 200.0).powi(2)),
+        ("contact_friction", &|f| ((f - 0.1) / 0.2).sqrt().asin() / std::f64::consts::FRAC_PI_2),
+        ("contact_stiffness", &|k| 1.0 - (-((k - 1e4) / 1e4).powi(2)).exp()),
+        ("loop_delay", &|d| 1.0 - (1.0 - (d - 4e-3) / 20e-3).powi(2)),
+    ];
+    for (name, share) in shares {
+        let mut strata: Vec<i64> = drawn(&c, name).iter().map(|x| (400.0 * share(*x)).floor() as i64).collect();
+        strata.sort_unstable();
+        assert!(strata.iter().enumerate().all(|(at, stratum)| (stratum - at as i64).abs() <= 1), "{name}");
+    }
+    let text = histograms(&c, 400).expect("no keys");
+    ["triangular", "arcsine", "weibull", "beta"].iter().for_each(|kind| assert!(text.contains(kind), "{text}"));
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use crate::error::Result;
 use crate::folder::ResultsFolder;
-use softdock_analysis::number::with_unit;
+use softdock_analysis::number::{significant, with_unit};
 use softdock_analysis::{Content, Fact, ReportInput, ReportedDispersion, Summary, report_page, write_report};
 use softdock_campaign::Campaign;
 use softdock_campaign::criteria::sentences;
@@ -82,6 +82,26 @@ fn in_words(distribution: &Distribution, unit: &str) -> String {
             format!("normal, mean {}, sigma {}, cut at {} and {}", show(mean), show(sigma), show(min), show(max))
         }
         Distribution::LogUniform { min, max } => format!("log-uniform, {} to {}", show(min), show(max)),
+        Distribution::Triangular { min, mode, max } => {
+            format!("triangular, {} to {}, mode {}", show(min), show(max), show(mode))
+        }
+        Distribution::Beta { a, b, min, max } => {
+            format!("beta, a {}, b {}, {} to {}", significant(*a, 4), significant(*b, 4), show(min), show(max))
+        }
+        Distribution::Weibull { scale, shape, min } => {
+            format!("Weibull, scale {}, shape {}, above {}", show(scale), significant(*shape, 4), show(min))
+        }
+        Distribution::Arcsine { min, max } => format!("arcsine, {} to {}", show(min), show(max)),
+        Distribution::Discrete { values, .. } if values.len() > 6 => {
+            format!("one of {} given values, {} to {}", values.len(), show(&values[0]), show(&values[values.len() - 1]))
+        }
+        Distribution::Discrete { .. } => {
+            let weighted = distribution.weights().into_iter();
+            let each: Vec<String> = weighted
+                .map(|(value, share)| format!("{} ({} %)", show(&value), significant(100.0 * share, 3)))
+                .collect();
+            format!("discrete, {}", each.join(", "))
+        }
         Distribution::Table { values } => format!("one of {} measured values", values.len()),
     }
 }

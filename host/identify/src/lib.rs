@@ -4,6 +4,7 @@
 pub mod base;
 pub mod choose;
 pub mod consistent;
+pub mod contact;
 pub mod elasticity;
 pub mod excitation;
 pub mod files;

@@ -17,7 +17,7 @@ pub struct ContactRig {
 }
 
 /// Signals of a contact bench: name, unit, meaning; z is the plate's normal, out of it.
-pub const CONTACT_SIGNALS: [(&str, &str, &str); 10] = [
+pub const CONTACT_SIGNALS: [(&str, &str, &str); 11] = [
     ("t", "s", "time"),
     ("push", "N", "push of the body towards the plate"),
     ("carriage.x", "m", "carriage that slides the body, along x"),
@@ -25,6 +25,7 @@ pub const CONTACT_SIGNALS: [(&str, &str, &str); 10] = [
     ("position.x", "m", "contact point over the plate, along x"),
     ("position.y", "m", "contact point over the plate, along y"),
     ("position.z", "m", "contact point over the plate, along z"),
+    ("rate.z", "m/s", "rate of position.z, if it is measured; for the identification"),
     ("force.x", "N", "force of the plate on the body, along x"),
     ("force.y", "N", "force of the plate on the body, along y"),
     ("force.z", "N", "force of the plate on the body, along z"),

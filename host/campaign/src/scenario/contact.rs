@@ -435,7 +435,7 @@ fn scaled_dissipation(e: f64) -> f64 {
 }
 
 /// Restitution e that D = a v of F = K d^n (1 + a d') gives.
-pub(crate) fn rebound_restitution(d: f64) -> f64 {
+pub fn rebound_restitution(d: f64) -> f64 {
     bisect(0.0, ((1.0 - 1e-12) / d.max(1e-12)).min(1.0), |e| rebound_residual(d, e))
 }
 

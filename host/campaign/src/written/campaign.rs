@@ -1,7 +1,7 @@
 //! The campaign file as written.
 
 use super::compare::{CompareTable, VariantTable};
-use super::{At, Quantity, Scalar};
+use super::{At, Quantities, Quantity, Scalar};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -102,25 +102,44 @@ pub(crate) struct DispersionTable {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct DistributionTable {
-    /// "constant", "normal", "uniform", "truncnormal", "loguniform", "mvnormal" or "table".
+    /// "constant", "normal", "uniform", "truncnormal", "loguniform", "triangular", "beta", "weibull", "arcsine", "discrete",
+    /// "mvnormal" or "table".
     pub(crate) kind: At<String>,
     /// constant: the value.
     pub(crate) value: Option<Quantity>,
+    /// discrete: the values, no two equal.
+    pub(crate) values: Option<Quantities>,
+    /// discrete: weight of each value, above 0, of any sum; without it all values are equally likely.
+    pub(crate) weights: Option<Quantities>,
     /// normal, truncnormal: the mean; mvnormal: a list of means.
     pub(crate) mean: Option<At<OneOrMore>>,
-    /// normal, truncnormal: the standard deviation; mvnormal: a list of them.
+    /// normal, truncnormal: the standard deviation; mvnormal: a list of them, without `covariance`.
     pub(crate) sigma: Option<At<OneOrMore>>,
-    /// uniform, truncnormal, loguniform: lower bound.
+    /// uniform, truncnormal, loguniform, triangular, beta, arcsine: lower bound; weibull: lower bound, default 0.
     pub(crate) min: Option<Quantity>,
-    /// uniform, truncnormal, loguniform: upper bound.
+    /// uniform, truncnormal, loguniform, triangular, beta, arcsine: upper bound.
     pub(crate) max: Option<Quantity>,
+    /// triangular: the most probable value, from min to max.
+    pub(crate) mode: Option<Quantity>,
+    /// beta: shape at the lower bound; above 1 the density is 0 there, below 1 infinite.
+    pub(crate) a: Option<Quantity>,
+    /// beta: shape at the upper bound.
+    pub(crate) b: Option<Quantity>,
+    /// weibull: distance from min that 63.2 % of the draws do not exceed.
+    pub(crate) scale: Option<Quantity>,
+    /// weibull: its shape; 1 is the exponential distribution, 2 the Rayleigh distribution.
+    pub(crate) shape: Option<Quantity>,
     /// mvnormal: correlation matrix; without it the components are independent.
     pub(crate) corr: Option<At<Vec<Vec<f64>>>>,
+    /// mvnormal, instead of sigma and corr: CSV file of the covariance matrix, relative to this file; a row for each target,
+    /// an optional header of the targets in their order.
+    pub(crate) covariance: Option<At<String>>,
     /// table: CSV file with a header, relative to this file.
     pub(crate) file: Option<At<String>>,
     /// table: name of the column.
     pub(crate) column: Option<At<String>>,
-    /// table: unit of the column ("1" for pure numbers).
+    /// table: unit of the column ("1" for pure numbers); mvnormal with covariance: unit of every target in that file, SI
+    /// without it.
     pub(crate) unit: Option<At<String>>,
 }
 

@@ -1,5 +1,6 @@
 //! Identification against physics of another make, against its own statistics, against real and spoiled recordings.
 
+mod contact;
 mod coverage;
 mod design;
 mod flexible;

@@ -258,11 +258,13 @@ fn begin(state: &BodyState) -> [f64; ROW - 2] {
     [1.0, p.x, p.y, p.z, q.w, q.i, q.j, q.k, v.x, v.y, v.z, w.x, w.y, w.z]
 }
 
-/// Returns the inputs of a free run from a measured state, with an output at each of `frames` frames.
+/// Returns the inputs of a free run from a measured state, with way and turn since then at each of `frames` frames.
 pub fn free_run(state: &BodyState, frames: usize, frame: f64) -> Recorded {
     let each = (frame / LONGEST_STEP).ceil() as usize;
     let layout = Layout { frames, frame, each };
-    Recorded { stride: each, ..layout.recorded(std::slice::from_ref(state), &[[1.0; 2]]) }
+    let mut run = Recorded { stride: each, ..layout.recorded(std::slice::from_ref(state), &[[1.0; 2]]) };
+    run.inputs.chunks_exact_mut(ROW).for_each(|row| row[ROW - 2..].fill(1.0));
+    run
 }
 
 /// Returns the residuals of free flight against a steady fall and turn, which are noise alone, segment by segment.
