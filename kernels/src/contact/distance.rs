@@ -1,5 +1,6 @@
-//! Exact signed distances of a part's solids and of their union, with the direction out of the material.
+//! Signed distances of a part's solids, exact but for meshes, and of their union, with the direction out of the material.
 
+use crate::contact::mesh::Grid;
 use crate::contact::profile::{Profile, Surface};
 use crate::model::ENDLESS;
 use crate::plant::PreparedSolid;
@@ -52,6 +53,7 @@ pub fn solid_distance<R: Real>(solid: &PreparedSolid, point: Vec3<R>) -> Distanc
         Surface::Capsule { half, radius } => capsule(*half, *radius, local),
         Surface::Ring { radius, tube } => ring(*radius, *tube, local),
         Surface::Revolved(profile) => revolved(profile, local),
+        Surface::Mesh(grid) => mesh(grid, local),
     };
     let half_thickness = R::lit(solid.solid.shape.half_thickness());
     Distance { distance: d.distance, normal: solid.to_part(d.normal), half_thickness }
@@ -61,6 +63,13 @@ pub fn solid_distance<R: Real>(solid: &PreparedSolid, point: Vec3<R>) -> Distanc
 #[inline(always)]
 fn half_space<R: Real>(p: Vec3<R>) -> Local<R> {
     Local { distance: -p.x, normal: vec3(R::lit(-1.0), R::lit(0.0), R::lit(0.0)) }
+}
+
+/// A mesh, interpolated in its grid.
+#[inline(always)]
+fn mesh<R: Real>(grid: &Grid, p: Vec3<R>) -> Local<R> {
+    let read = grid.read(p);
+    Local { distance: read.distance, normal: read.normal }
 }
 
 /// A body of revolution about x.

@@ -17,11 +17,12 @@ pub struct Feature {
 }
 
 /// Returns the contact points of a shape: the centre of a sphere, the axis of a capsule and of a ring's tube, the vertices
-/// of a box, the rims of a cylinder and of a frustum. A plane and the hollow shapes have none: other parts touch them.
+/// of a box, the rims of a cylinder and of a frustum. A plane and the hollow shapes have none: other parts touch them. Those
+/// of a mesh are its shell.
 pub fn features(shape: &Shape) -> Vec<Feature> {
     let single = |position, radius| Feature { point: ContactPoint { position, radius }, share: 1.0 };
     match *shape {
-        Shape::Plane | Shape::Cone { .. } | Shape::Bore { .. } => Vec::new(),
+        Shape::Plane | Shape::Cone { .. } | Shape::Bore { .. } | Shape::Mesh(_) => Vec::new(),
         Shape::Sphere { radius } => vec![single(Vec3::zero(), radius)],
         Shape::Capsule { radius, length, points } => {
             let place = |index: usize| length * (index as f64 / (points - 1) as f64 - 0.5);

@@ -7,10 +7,13 @@
 pub mod distance;
 pub mod features;
 mod law;
+pub mod mesh;
 pub mod overlap;
 pub mod profile;
+pub mod shell;
 
 pub use law::REFERENCE_DEPTH;
+pub use shell::touch_shell;
 
 use crate::bundle;
 use crate::contact::distance::union_distance;
