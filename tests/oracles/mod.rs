@@ -16,6 +16,7 @@ mod lanes;
 mod laws;
 mod load;
 mod map;
+mod meshes;
 mod nulls;
 mod pairs;
 mod scenes;

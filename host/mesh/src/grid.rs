@@ -3,25 +3,25 @@
 use crate::fault::Fault;
 use crate::solid::Solid;
 use crate::{Options, of_parry, to_parry};
-use parry3d::query::PointQuery;
+use parry3d::query::{PointQuery, PointQueryWithLocation};
 use rayon::prelude::*;
 use softdock_kernels::contact::mesh::{Grid, Table};
 use softdock_kernels::vector::vec3;
 
 /// Cells along the longest edge of a mesh, unless a resolution is stated.
-pub const DEFAULT_CELLS: f64 = 128.0;
+pub const DEFAULT_CELLS: f64 = 160.0;
 
 /// Most nodes of a grid: its last index is a whole number of single precision, and 64 MiB are half a WebGPU binding.
 pub const MOST_NODES: usize = (1 << 24) - 1;
 
-/// Most nodes of a grid whose resolution is not stated: 16 MiB.
-const MOST_DEFAULT_NODES: usize = 1 << 22;
+/// Most nodes of a grid whose resolution is not stated: 32 MiB.
+const MOST_DEFAULT_NODES: usize = 1 << 23;
 
 /// Cells between the mesh with its margin and the faces of the grid: the gradient has neighbours there.
 const RIM: f64 = 2.0;
 
-/// Cells by which a node may be nearer than its neighbour; above 1 for rounding.
-const STEP: f64 = 1.001;
+/// The nearest triangle of a node bounds the search of the next, but for rounding.
+const ROUNDING: f64 = 1.0 + 1e-9;
 
 /// The grid, and the greatest depth inside the mesh \[m\].
 pub(crate) fn grid(solid: &Solid, options: &Options) -> Result<(Grid, f64), Fault> {
@@ -72,16 +72,18 @@ fn coarsened(cell: f64, most: usize, count: impl Fn(f64) -> f64) -> f64 {
     cell
 }
 
-/// Distances along x. A node is at most a cell nearer or farther than the one before it, which bounds the search.
+/// Distances along x. The nearest triangle of a node is most often that of the next: its distance bounds the search.
 fn row(solid: &Solid, start: softdock_kernels::vector::Vec3<f64>, cell: f64, nodes: usize) -> Vec<f32> {
-    let mut bound = f64::MAX;
+    let (mesh, mut last) = (solid.mesh(), None);
     let at = |index: usize| start + vec3(index as f64 * cell, 0.0, 0.0);
     let of = |index: usize| {
         let place = to_parry(at(index));
-        let near = solid.mesh().project_local_point_with_max_dist(place, false, bound);
-        let projection = near.unwrap_or_else(|| solid.mesh().project_local_point(place, false));
+        let bound = last.map_or(f64::MAX, |triangle| mesh.triangle(triangle).distance_to_local_point(place, true));
+        let near = mesh.project_local_point_and_get_location_with_max_dist(place, false, bound * ROUNDING);
+        let (projection, (triangle, _)) =
+            near.unwrap_or_else(|| mesh.project_local_point_and_get_location(place, false));
         let distance = (of_parry(projection.point) - at(index)).norm();
-        bound = distance + STEP * cell;
+        last = Some(triangle);
         (if projection.is_inside { -distance } else { distance }) as f32
     };
     (0..nodes).map(of).collect()

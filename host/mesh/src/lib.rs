@@ -15,7 +15,7 @@ pub use grid::{DEFAULT_CELLS, MOST_NODES};
 pub use report::{Report, report};
 pub use shell::{DEFAULT_POINTS, MOST_POINTS};
 pub use solid::{MassProperties, Solid};
-pub use triangles::{Format, MOST_TRIANGLES, Triangles};
+pub use triangles::{Format, MOST_TRIANGLES, Triangles, ascii_stl};
 
 use parry3d::math::Vector;
 use softdock_kernels::contact::mesh::{Ball, Mesh};

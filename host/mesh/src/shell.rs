@@ -75,15 +75,23 @@ fn face_points(solid: &Solid, face: &Face, spacing: f64, patch: f64) -> Vec<Shel
         *centre = piece.centre.scale_add(piece.area, *centre);
         *normal = piece.normal.scale_add(piece.area, *normal);
     }
-    let of = |(number, (area, centre, normal)): (usize, (f64, Vec3<f64>, Vec3<f64>))| {
-        // Inside a face a point lies at the centroid of its cell: sums over points are then exact on a plane.
-        let centroid = centre * (1.0 / area);
-        let is_inside = number >= face.rim.len();
-        let position = if is_inside { on_surface(solid, centroid) } else { places[number] };
-        ShellPoint { position, normal: normal * (1.0 / normal.norm()), share: area / patch }
-    };
-    let filled = cells.into_iter().enumerate().filter(|(_, (area, _, normal))| *area > 0.0 && normal.norm() > 0.0);
-    filled.map(of).collect()
+    let mut out = Vec::with_capacity(places.len() + face.rim.len());
+    for (number, (area, centre, normal)) in cells.into_iter().enumerate() {
+        if area <= 0.0 || normal.norm() <= 0.0 {
+            continue;
+        }
+        let (normal, centroid) = (normal * (1.0 / normal.norm()), centre * (1.0 / area));
+        let mut join = |position: Vec3<f64>, area: f64| out.push(ShellPoint { position, normal, share: area / patch });
+        // The areas keep their centroids, so that the sum of a depth that is linear over a plane is its integral.
+        if number >= face.rim.len() {
+            join(on_surface(solid, centroid), area);
+        } else {
+            // A point of the rim stays there with half its area; the other half lies as far on the other side.
+            join(places[number], 0.5 * area);
+            join(on_surface(solid, centroid * 2.0 - places[number]), 0.5 * area);
+        }
+    }
+    out
 }
 
 fn on_surface(solid: &Solid, place: Vec3<f64>) -> Vec3<f64> {

@@ -87,6 +87,22 @@ impl Triangles {
     }
 }
 
+/// A binary STL as an ASCII one with the same triangles, to the bit.
+///
+/// # Errors
+/// If the bytes are no STL file.
+pub fn ascii_stl(bytes: &[u8]) -> Result<String, Fault> {
+    let mut text = String::from("solid mesh\n");
+    for corners in stl(bytes)? {
+        text += "facet normal 0 0 0\nouter loop\n";
+        for [x, y, z] in corners.map(|corner| corner.map(|number| number as f32)) {
+            text += &format!("vertex {x:e} {y:e} {z:e}\n");
+        }
+        text += "endloop\nendfacet\n";
+    }
+    Ok(text + "endsolid mesh\n")
+}
+
 type Corners = Vec<[[f64; 3]; 3]>;
 
 fn stl(bytes: &[u8]) -> Result<Corners, Fault> {
@@ -141,6 +157,8 @@ mod tests {
         assert_eq!(Triangles::read(&binary, Format::Stl, 1e-3).expect("binary STL"), ascii);
         let obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
         assert_eq!(Triangles::read(obj.as_bytes(), Format::Obj, 1e-3).expect("OBJ"), ascii);
+        let text = ascii_stl(&binary).expect("binary STL");
+        assert_eq!(Triangles::read(text.as_bytes(), Format::Stl, 1e-3).expect("its text"), ascii);
         assert_eq!(ascii.vertices[1], vec3(1e-3, 0.0, 0.0));
         assert_eq!(ascii.triangles, [[0, 1, 2]]);
     }
@@ -149,7 +167,8 @@ mod tests {
     fn what_is_no_mesh_is_refused_with_a_remedy() {
         let cases = [
             (&b"nothing"[..], Format::Stl, "no STL file"),
-            (ASCII.replace("1 0 0", "nan 0 0").as_bytes(), Format::Stl, "not finite"),
+            (ASCII.replace("1 0 0", "nan 0 0").as_bytes(), Format::Stl, "no STL file"),
+            (b"v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", Format::Obj, "not finite"),
             (b"solid s\nendsolid s\n", Format::Stl, "no triangles"),
             (b"v 0 0 0\nf 1 2 3\n", Format::Obj, "OBJ"),
         ]

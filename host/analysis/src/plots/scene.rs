@@ -1,12 +1,15 @@
 //! The nominal start of a run drawn to scale: side view, top view, and the two parts from near.
 
 use softdock_kernels::contact::features::features;
+use softdock_kernels::contact::mesh::Mesh;
 use softdock_kernels::contact::overlap::{deepest_overlap, start_parts};
 use softdock_kernels::model::{ContactPoint, Shape, Side};
 use softdock_kernels::params::Params;
 use softdock_kernels::plant::{Plant, PointSource, PreparedSolid};
 use softdock_kernels::space::Parts;
 use softdock_kernels::vector::{Pose, Quat, Vec3, vec3};
+
+use std::collections::BTreeMap;
 
 use crate::number::with_unit;
 use crate::plots::canvas::{Pen, Plane, View, arrow, circle, path, svg_file, text};
@@ -183,6 +186,7 @@ impl<'a> Scene<'a> {
         let mut points: Vec<Vec3<f64>> = spheres.chain([self.a.position, self.b.position]).collect();
         for (_, solid, frame) in self.solids() {
             match solid.solid.shape {
+                Shape::Mesh(ref mesh) => points.extend(mesh.vertices.iter().map(|vertex| placed(frame, *vertex))),
                 Shape::Plane => points.extend(extent(frame.position, 0.6 * self.reach())),
                 Shape::Box { half } => points.extend(corners(half).map(|corner| placed(frame, corner))),
                 Shape::Cone { .. } | Shape::Bore { .. } => {
@@ -275,6 +279,7 @@ impl<'a> Scene<'a> {
     /// Where along a solid's axis its name stands \[m\].
     fn name_place(&self, solid: &PreparedSolid) -> f64 {
         match solid.solid.shape {
+            Shape::Mesh(_) => solid.solid.shape.ends()[1],
             Shape::Plane => 0.05 * self.reach(),
             Shape::Sphere { .. }
             | Shape::Box { .. }
@@ -294,6 +299,7 @@ impl<'a> Scene<'a> {
                     view.sphere(frame.position, radius, &Pen::line(ink, 1.6).filled(0.2), "");
                 }
                 Shape::Box { half } => draw_box(view, frame, half, ink),
+                Shape::Mesh(ref mesh) => draw_mesh(view, frame, mesh, ink),
                 Shape::Plane => {
                     draw_face(view, frame, &[[0.0, 1.5 * self.reach()], [0.0, 0.0]], 1.5 * self.reach(), ink);
                 }
@@ -449,6 +455,38 @@ fn draw_round(view: &mut View, frame: Pose<f64>, shape: &Shape, ink: RGBColor) {
     }
 }
 
+/// Most triangles of a mesh that are filled; of a finer one only sharp edges and the outline are drawn.
+const MOST_FILLED: usize = 2_000;
+
+/// The triangles of a mesh as a shade, its sharp edges and its outline as lines.
+fn draw_mesh(view: &mut View, frame: Pose<f64>, mesh: &Mesh, ink: RGBColor) {
+    let at = |corner: u32| placed(frame, mesh.vertices[corner as usize]);
+    let toward = view.plane.normal();
+    let mut sides: BTreeMap<[u32; 2], Vec<Vec3<f64>>> = BTreeMap::new();
+    let shade = Pen { fill: Some((ink, 0.06)), ..Pen::line(ink, 0.0) };
+    for triangle in &mesh.triangles {
+        let [a, b, c] = triangle.map(at);
+        let across = (b - a).cross(c - a);
+        let normal = across * (1.0 / across.norm().max(f64::MIN_POSITIVE));
+        for (one, two) in [(0, 1), (1, 2), (2, 0)] {
+            let (one, two) = (triangle[one], triangle[two]);
+            sides.entry([one.min(two), one.max(two)]).or_default().push(normal);
+        }
+        // Those that look away are covered by the others.
+        if mesh.triangles.len() <= MOST_FILLED && normal.dot(toward) > 0.0 {
+            view.path(&[a, b, c], true, &shade);
+        }
+    }
+    for (edge, normals) in sides {
+        let [one, two] = [normals[0], normals[normals.len() - 1]];
+        let is_sharp = one.dot(two) < 0.88;
+        let is_outline = one.dot(toward) * two.dot(toward) <= 0.0;
+        if is_sharp || is_outline {
+            view.path(&edge.map(at), false, &Pen::line(ink, if is_outline { 1.4 } else { 0.7 }));
+        }
+    }
+}
+
 /// The faces of a box.
 fn draw_box(view: &mut View, frame: Pose<f64>, half: Vec3<f64>, ink: RGBColor) {
     let corners = corners(half).map(|corner| placed(frame, corner));
@@ -520,10 +558,10 @@ mod tests {
             vec3(0.0, std::f64::consts::FRAC_PI_2, 0.0),
             vec3(0.3, -0.4, 0.5),
         ] {
-            for shape in shapes {
+            for shape in shapes.clone() {
                 let mut model = model();
                 let frame = Pose { position: vec3(0.0, 0.1, 0.0), attitude: Quat::from_rotation_vector(turn) };
-                model.contact.b.solids = vec![Solid { frame, shape }];
+                model.contact.b.solids = vec![Solid { frame, shape: shape.clone() }];
                 let svg = drawn(model);
                 assert!(!svg.contains("NaN") && !svg.contains("inf"), "{shape:?}");
                 assert!(svg.contains("B1"), "{shape:?}");

@@ -1,0 +1,2 @@
+#[path = "../../../tests/oracles/meshes.rs"]
+mod meshes;
