@@ -3,9 +3,9 @@
 //! A stage reads them as literals: on the CPU they are broadcast, in a trace they fold into the WGSL.
 //! What may vary from run to run is not here but in [`Params`].
 
+use crate::contact::mesh::Mesh;
 use crate::manipulator::Manipulator;
 use crate::manipulator::cell::{AXES, Carriage, Mount, Servo};
-use crate::contact::mesh::Mesh;
 pub use crate::material::NormalLaw;
 use crate::material::Pair;
 use crate::params::Params;

@@ -285,9 +285,8 @@ fn shells(
             let source = PointSource::Solid(index);
             let has_shell = |other: usize| others[other].solid.shape.has_shell();
             let row = |other: usize| {
-                let has = |row: &MaterialPair| {
-                    row.has(side, source) && row.has(side.other(), PointSource::Solid(other))
-                };
+                let has =
+                    |row: &MaterialPair| row.has(side, source) && row.has(side.other(), PointSource::Solid(other));
                 contact.pairs.iter().position(has)
             };
             let met: Vec<usize> = (0..others.len()).filter(|other| contact.meets(side, source, *other)).collect();

@@ -25,7 +25,7 @@ const SEGMENTS: usize = 240;
 /// A closed body of revolution about x from its outline (axis, radius), which begins and ends on the axis.
 ///
 /// The corners of a polygon lie beyond the circle, so that its mean radius is that of the circle.
-pub(crate) fn revolved(outline: &[[f64; 2]], segments: usize) -> Triangles {
+fn revolved(outline: &[[f64; 2]], segments: usize) -> Triangles {
     let wide = 1.0 + (PI / segments as f64).powi(2) / 3.0;
     let corner = |[x, radius]: [f64; 2], segment: usize| {
         let (sine, cosine) = (TAU * (segment % segments) as f64 / segments as f64).sin_cos();
@@ -45,8 +45,8 @@ pub(crate) fn revolved(outline: &[[f64; 2]], segments: usize) -> Triangles {
 }
 
 /// A sphere of meridians and parallels.
-pub(crate) fn sphere(radius: f64) -> Triangles {
-    let steps = SEGMENTS / 2;
+pub(crate) fn sphere(radius: f64, segments: usize) -> Triangles {
+    let steps = segments / 2;
     let outline: Vec<[f64; 2]> = (0..=steps)
         .map(|step| {
             let angle = PI * step as f64 / steps as f64;
@@ -54,11 +54,11 @@ pub(crate) fn sphere(radius: f64) -> Triangles {
             [-radius * angle.cos(), across]
         })
         .collect();
-    revolved(&outline, SEGMENTS)
+    revolved(&outline, segments)
 }
 
 /// A box about the origin.
-pub(crate) fn cuboid(half: Vec3<f64>) -> Triangles {
+fn cuboid(half: Vec3<f64>) -> Triangles {
     let corner = |index: usize| {
         let sign = |bit: usize| if index >> bit & 1 == 0 { -1.0 } else { 1.0 };
         vec3(sign(0) * half.x, sign(1) * half.y, sign(2) * half.z)
@@ -69,9 +69,9 @@ pub(crate) fn cuboid(half: Vec3<f64>) -> Triangles {
 }
 
 /// A block with a hollow cone that opens to -x.
-fn block_with_cone([mouth, bottom, depth]: [f64; 3], outer: f64) -> Triangles {
+pub(crate) fn block_with_cone([mouth, bottom, depth]: [f64; 3], outer: f64, segments: usize) -> Triangles {
     let back = depth + 0.02;
-    revolved(&[[depth, 0.0], [depth, bottom], [0.0, mouth], [0.0, outer], [back, outer], [back, 0.0]], SEGMENTS)
+    revolved(&[[depth, 0.0], [depth, bottom], [0.0, mouth], [0.0, outer], [back, outer], [back, 0.0]], segments)
 }
 
 fn solid_of(triangles: &Triangles) -> softdock_mesh::Solid {
@@ -171,7 +171,7 @@ fn cases() -> Vec<Case> {
             name: "sphere in cone",
             part: Shape::Sphere { radius: 0.02 },
             exact: Shape::Cone { mouth: cone[0], bottom: cone[1], depth: cone[2] },
-            triangles: block_with_cone(cone, 0.08),
+            triangles: block_with_cone(cone, 0.08, SEGMENTS),
             margin: 0.02,
             position: vec3(along, across, 0.0) + inwards * (0.02 - 0.5e-3),
             turn: Vec3::zero(),
@@ -181,7 +181,7 @@ fn cases() -> Vec<Case> {
             name: "peg in bore",
             part: Shape::Cylinder { radius: 0.029, length: 0.04, points: 32 },
             exact: Shape::Bore { radius: 0.03, depth: 0.06, chamfer: 0.0 },
-            triangles: block_with_cone([0.03, 0.03, 0.06], 0.05),
+            triangles: block_with_cone([0.03, 0.03, 0.06], 0.05, SEGMENTS),
             margin: 0.0,
             position: vec3(0.03, 0.0012, 0.0009),
             turn: vec3(0.0, 0.005, 0.012),
@@ -198,13 +198,10 @@ fn primitives_press_meshes_as_they_press_exact_solids() {
     for case in cases() {
         let exact = pressed(&plant(case.part.clone(), case.exact.clone()), case.position, case.turn);
         let errors = [0.25, 0.5, 1.0].map(|share| {
-            let began = std::time::Instant::now();
             let mesh = mesh_of(&case.triangles, share * CELLS, case.margin, 0);
-            println!("{} {:?} {:.2?}", case.name, self::mesh(&mesh).grid.nodes, began.elapsed());
             let found = pressed(&plant(case.part.clone(), mesh), case.position, case.turn);
             difference(&found, &exact, case.lever)
         });
-        println!("{}: {errors:.5?}, {exact:?}", case.name);
         assert!(errors[2] < 0.02, "{}: {errors:?}", case.name);
         // On a plane all are exact but for rounding.
         assert!(errors[2] < errors[0].max(1e-4), "{} does not converge: {errors:?}", case.name);
@@ -249,7 +246,6 @@ fn shells_press_exact_solids_as_a_bedding_does() {
         let second_moment = 2.0 * half.z * (2.0 * half.y).powi(3) / 12.0;
         // The whole force acts on the face, which has turned aside of the box's middle.
         let moment = STIFFNESS / PATCH * angle * second_moment + right * half.x * angle;
-        println!("{points} points: {turned:?} for {moment} N m");
         assert!((turned.force.norm() / right.abs() - 1.0).abs() < 0.02, "{points} points: {turned:?}");
         let found = turned.moment.z.abs();
         assert!((found / moment - 1.0).abs() < 0.02, "{points} points: {turned:?} for {moment} N m");
@@ -258,19 +254,15 @@ fn shells_press_exact_solids_as_a_bedding_does() {
     }
     // A sphere on a plane and in a cone; the cap of the first is 63 mm wide.
     let radius = 0.1;
-    let ball = sphere(radius);
+    let ball = sphere(radius, SEGMENTS);
     let cone = Shape::Cone { mouth: 0.3, bottom: 0.05, depth: 0.25 };
-    let scenes = [
-        ("plane", Shape::Plane, vec3(-radius + 5e-3, 0.0, 0.0)),
-        ("cone", cone, vec3(0.165, 0.002, 0.001)),
-    ];
+    let scenes = [("plane", Shape::Plane, vec3(-radius + 5e-3, 0.0, 0.0)), ("cone", cone, vec3(0.165, 0.002, 0.001))];
     for (name, exact, position) in scenes {
         let errors = [250, 1000, 4000].map(|points| {
             let m = plant(mesh_of(&ball, 16.0, 0.0, points), exact.clone());
             let right = bedded_sphere(&m, radius, position);
             difference(&pressed(&m, position, Vec3::zero()), &right, radius)
         });
-        println!("sphere, {name}: {errors:.5?}");
         assert!(errors[2] < 0.02 && errors[2] < errors[0], "{name}: {errors:?}");
     }
 }
@@ -287,7 +279,6 @@ fn mesh_presses_mesh_with_the_stiffness_of_the_smaller_face() {
         let m = plant(a, b);
         assert_eq!(m.shells.len(), points.iter().filter(|count| **count > 0).count());
         let found = pressed(&m, vec3(-(small.x + large.x) + depth, 0.003, -0.002), Vec3::zero());
-        println!("{points:?}: {found:?} for {right}");
         // The points of the larger face end where the smaller does: to their spacing.
         let allowed = if points[1] == 0 { 0.02 } else { 0.08 };
         assert!((-found.force.x / right - 1.0).abs() < allowed, "{points:?}: {found:?} for {right} N");
@@ -378,7 +369,6 @@ fn slow_slide_across_cells_has_a_ripple_below_a_hundredth() {
     for forces in paths {
         let mean = forces.iter().sum::<f64>() / forces.len() as f64;
         let square = forces.iter().map(|force| (force - mean).powi(2)).sum::<f64>() / forces.len() as f64;
-        println!("mean {mean} N, ripple {:.5}", square.sqrt() / mean);
         assert!(square.sqrt() < 0.01 * mean, "{} N around {mean} N", square.sqrt());
         assert!((mean / (STIFFNESS * 1e-3) - 1.0).abs() < 0.02, "{mean} N");
     }
@@ -400,7 +390,6 @@ fn normal_force_of_a_grid_has_a_potential() {
         let part = pressed(&m, (at(step) + at(step + 1)) * 0.5, Vec3::zero()).force.dot(way);
         (work, turned) = (work + part, turned + part.abs());
     }
-    println!("work {work} of {turned}");
     assert!(work.abs() < 0.01 * turned, "{work} J of {turned} J");
 }
 
@@ -442,7 +431,7 @@ fn report_states_volume_mass_and_error_of_the_grid() {
     assert!(found.error_of_edges > 1e-6 && found.error_of_edges < 1e-3, "{found:?}");
     assert!((made.half_thickness - half.z).abs() < 1e-3, "{}", made.half_thickness);
     // A sphere: the error of its faces goes with the square of the cell.
-    let solid = solid_of(&sphere(0.02));
+    let solid = solid_of(&sphere(0.02, SEGMENTS));
     let error = |cell: f64| {
         let options = Options { resolution: Some(cell), ..options };
         report(&solid, &prepare(&solid, &options).expect("a grid"), None)

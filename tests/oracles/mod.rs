@@ -16,7 +16,7 @@ mod lanes;
 mod laws;
 mod load;
 mod map;
-mod meshes;
+pub(crate) mod meshes;
 mod nulls;
 mod pairs;
 mod scenes;

@@ -141,7 +141,8 @@ fn contact_is_the_same_with_the_parts_exchanged() {
     let plate = moving(0.0, turn(-0.05, 0.1, 0.0), vec3(-0.05, 0.0, 0.01), vec3(-0.2, 0.1, 0.3));
     let wrench = |a: &Solid, b: &Solid, parts: &Parts<f64>| {
         let mut model = two_bodies(1e-4, 0.3, 1e-4);
-        (model.contact.a.points, model.contact.a.solids, model.contact.b.solids) = (Vec::new(), vec![a.clone()], vec![b.clone()]);
+        (model.contact.a.points, model.contact.a.solids, model.contact.b.solids) =
+            (Vec::new(), vec![a.clone()], vec![b.clone()]);
         let m = Plant::new(model);
         assert_eq!(m.contacts.len(), 1);
         let params = Params {

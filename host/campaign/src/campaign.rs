@@ -181,6 +181,7 @@ impl Campaign {
     pub fn on_variant(&self, variant: &Variant) -> Self {
         let (scenario, derived) = (variant.scenario.clone(), variant.derived.clone());
         let text = format!("{} {} {}", self.hash, variant.name, scenario.robot_text().unwrap_or(""));
+        let text = scenario.mesh_hashes().into_iter().fold(text, |text, hash| text + " " + &hash);
         Self {
             id: self.id_of(variant),
             title: format!("{}: {}", self.title, variant.title),

@@ -73,9 +73,9 @@ fn known() -> &'static Known {
 
 /// Puts the meshes in the places of their solids; `tables` are those of the solids of parts A and B.
 pub(crate) fn read(c: &mut Checker, tables: [&[SolidTable]; 2], parts: [&mut PartShape; 2]) -> Vec<MeshFile> {
-    let margins = parts.each_ref().map(|part| {
-        part_points(part).iter().map(|(_, feature)| feature.point.radius).fold(0.0, f64::max)
-    });
+    let margins = parts
+        .each_ref()
+        .map(|part| part_points(part).iter().map(|(_, feature)| feature.point.radius).fold(0.0, f64::max));
     let mut files = Vec::new();
     for (side, part) in parts.into_iter().enumerate() {
         for (index, table) in tables[side].iter().enumerate().filter(|(_, table)| table.shape.value == "mesh") {
@@ -112,8 +112,7 @@ fn one(c: &mut Checker, table: &SolidTable, key: String, margin: f64) -> Option<
         (None, Some(_)) => DEFAULT_POINTS,
         (None, None) => 0,
     };
-    let density =
-        table.density.as_ref().map(|written| c.number(written, "kg/m^3", Range::within(1.0, 3e4)));
+    let density = table.density.as_ref().map(|written| c.number(written, "kg/m^3", Range::within(1.0, 3e4)));
     let options = Options { resolution, margin, points, patch: patch.unwrap_or(1.0) };
     let (path, bytes) = bytes(c, file)?;
     let Some(format) = Format::of(&file.value) else {
@@ -186,7 +185,8 @@ fn prepared(
 pub(crate) fn refuse_sizes(c: &mut Checker, tables: [&[SolidTable]; 2], parts: [&PartShape; 2]) {
     for side in 0..2 {
         let reach = |part: &PartShape| {
-            let points = part_points(part).into_iter().map(|(_, feature)| feature.point.position.norm() + feature.point.radius);
+            let points =
+                part_points(part).into_iter().map(|(_, feature)| feature.point.position.norm() + feature.point.radius);
             points.chain(part.solids.iter().map(|solid| solid.shape.reach())).fold(0.0, f64::max)
         };
         let other = reach(parts[1 - side]);
@@ -201,7 +201,8 @@ pub(crate) fn refuse_sizes(c: &mut Checker, tables: [&[SolidTable]; 2], parts: [
                     millimetres(other),
                     in_unit(table)
                 );
-                let remedy = format!("correct `unit` or the sizes of the other part: {MOST_RATIO} times as large at most");
+                let remedy =
+                    format!("correct `unit` or the sizes of the other part: {MOST_RATIO} times as large at most");
                 c.refuse(&file.span, message, remedy);
             }
         }
@@ -262,4 +263,111 @@ pub(crate) fn lines(files: &[MeshFile], model: &Model) -> Vec<String> {
 /// A length in micrometres.
 fn micrometres(length: f64) -> String {
     format!("{:.3} um", length * 1e6)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::problem::Problems;
+    use crate::scenario::Scenario;
+    use crate::scenario::tests::FREE_BODY;
+
+    /// A cube of 200 about the origin, its triangles counter-clockwise from outside.
+    const CUBE: &str = "v -100 -100 -100\nv 100 -100 -100\nv -100 100 -100\nv 100 100 -100\nv -100 -100 100\n\
+                        v 100 -100 100\nv -100 100 100\nv 100 100 100\nf 1 5 7 3\nf 2 4 8 6\nf 1 2 6 5\nf 3 7 8 4\n\
+                        f 1 3 4 2\nf 5 6 8 7\n";
+
+    const PLANE: &str = "shape = \"plane\"";
+
+    const SOLID: &str = "shape = \"mesh\"\nfile = \"cube.obj\"\nunit = \"mm\"\nresolution = \"10 mm\"\n\
+                         position = [\"100 mm\", \"0 mm\", \"0 mm\"]\n";
+
+    fn loaded(obj: &str, solid: &str) -> Result<Scenario, Problems> {
+        let folder = tempfile::tempdir().expect("a folder");
+        std::fs::write(folder.path().join("cube.obj"), obj).expect("written");
+        let text = FREE_BODY.replace(PLANE, solid);
+        Scenario::from_source(Source::new(folder.path().join("test.toml"), text))
+    }
+
+    #[test]
+    fn mesh_is_read_beside_its_scenario_and_reported() {
+        let found = loaded(CUBE, &format!("{SOLID}density = \"2.7 g/cm^3\"\n")).expect("valid");
+        let Shape::Mesh(mesh) = &found.model.contact.b.solids[0].shape else { panic!("no mesh") };
+        assert_eq!((mesh.triangles.len(), mesh.shell.len()), (12, 0));
+        // The ball of part A has a radius of 100 mm.
+        assert!(mesh.grid.margin >= 0.1, "{}", mesh.grid.margin);
+        let lines = found.mesh_lines().join("\n");
+        for part in ["12 triangles", "200 mm x 200 mm x 200 mm", "8.0000e-3 m^3", "MiB", "mass 2.1600e1 kg"] {
+            assert!(lines.contains(part), "{part}: {lines}");
+        }
+        let other = loaded(&CUBE.replace("100", "101"), SOLID).expect("valid");
+        assert_ne!(found.mesh_hashes(), other.mesh_hashes());
+    }
+
+    #[test]
+    fn shell_has_the_stated_patch() {
+        let solid = format!("{SOLID}patch = \"100 cm^2\"\npoints = 200\n");
+        let found = loaded(CUBE, &solid).expect("valid");
+        let Shape::Mesh(mesh) = &found.model.contact.b.solids[0].shape else { panic!("no mesh") };
+        let share: f64 = mesh.shell.iter().map(|point| point.share).sum();
+        assert!((share - 24.0).abs() < 1e-6, "0.24 m^2 in patches of 0.01 m^2: {share}");
+    }
+
+    #[test]
+    fn bad_meshes_are_refused_at_the_key_with_a_remedy() {
+        let hole = CUBE.replace("f 5 6 8 7\n", "");
+        let inwards = CUBE.lines().map(|line| match line.strip_prefix("f ") {
+            Some(face) => format!("f {}\n", face.split(' ').rev().collect::<Vec<_>>().join(" ")),
+            None => format!("{line}\n"),
+        });
+        let flat = CUBE.replace(" -100\n", " -1e-8\n").replace(" 100\n", " 1e-8\n");
+        let metres = SOLID.replace("\"mm\"", "\"m\"");
+        let cases = [
+            (hole, SOLID.to_owned(), "file", "has a hole", "close holes"),
+            (inwards.collect(), SOLID.to_owned(), "file", "normals point inwards", "flip the orientation"),
+            (flat, SOLID.to_owned(), "file", "volume", "thickness"),
+            (CUBE.to_owned(), metres, "file", "is its unit of length \"m\"?", "correct `unit`"),
+            (CUBE.replace("100", "1e-2"), SOLID.to_owned(), "file", "unit of length", "correct `unit`"),
+            (CUBE.to_owned(), SOLID.replace("cube.obj", "none.obj"), "file", "there is no file", "check the path"),
+            (CUBE.to_owned(), SOLID.replace("cube.obj", "test.txt"), "file", "there is no file", "check the path"),
+            (CUBE.to_owned(), SOLID.replace("unit = \"mm\"\n", ""), "shape", "needs the key `unit`", "add unit"),
+            (CUBE.to_owned(), format!("{SOLID}points = 100\n"), "points", "area of their stiffness", "add patch"),
+            (CUBE.to_owned(), SOLID.replace("10 mm", "0.1 mm"), "file", "nodes", "write a resolution of at least"),
+            (CUBE.to_owned(), format!("{SOLID}radius = \"1 mm\"\n"), "radius", "does not take", "remove it"),
+        ];
+        for (obj, solid, key, message, remedy) in cases {
+            let problems = loaded(&obj, &solid).map(|_| ()).expect_err(message);
+            let problem = problems.iter().next().expect("never empty");
+            assert_eq!(problem.key, format!("part_b.solid[1].{key}"), "{problems}");
+            assert!(problem.message.contains(message) && problem.remedy.contains(remedy), "{problems}");
+            assert!(problem.line > 18, "{problems}");
+        }
+    }
+
+    #[test]
+    fn far_smaller_part_than_the_mesh_is_refused() {
+        // A cube of 20 m before a ball of 0.1 m.
+        let problems =
+            loaded(&CUBE.replace("100", "20000"), &SOLID.replace("10 mm", "1 m")).map(|_| ()).expect_err("large");
+        assert!(problems.to_string().contains("the other part 100 mm"), "{problems}");
+    }
+
+    #[test]
+    fn bilateral_contact_takes_no_shell() {
+        let text = format!("{SOLID}patch = \"100 cm^2\"\n");
+        let folder = tempfile::tempdir().expect("a folder");
+        std::fs::write(folder.path().join("cube.obj"), CUBE).expect("written");
+        let text = FREE_BODY.replace(PLANE, &text).replace("[start]", "bilateral = true\n[start]");
+        let problems =
+            Scenario::from_source(Source::new(folder.path().join("test.toml"), text)).map(|_| ()).expect_err("no");
+        assert!(problems.to_string().contains("never opens"), "{problems}");
+    }
+
+    #[test]
+    fn gathered_scenario_has_its_meshes_beside_it() {
+        let found = loaded(CUBE, SOLID).expect("valid");
+        let (text, beside) = found.gathered();
+        assert_eq!(beside, [("cube.obj".to_owned(), CUBE.to_owned())]);
+        assert!(text.contains("file = \"cube.obj\""), "{text}");
+    }
 }

@@ -37,7 +37,8 @@ pub(crate) fn grid(solid: &Solid, options: &Options) -> Result<(Grid, f64), Faul
         Some(cell) if count(cell) > MOST_NODES as f64 => {
             let least = coarsened(cell, MOST_NODES, count);
             let message = format!("a resolution of {:.4} mm gives {:.0} nodes", cell * 1e3, count(cell));
-            let remedy = format!("write a resolution of at least \"{:.4} mm\": {MOST_NODES} nodes at most", least * 1e3);
+            let remedy =
+                format!("write a resolution of at least \"{:.4} mm\": {MOST_NODES} nodes at most", least * 1e3);
             return Err(Fault::new(message, remedy));
         }
         Some(cell) => cell,

@@ -86,7 +86,8 @@ fn samples(mesh: &Mesh) -> impl Iterator<Item = Vec3<f64>> {
         // Places by the generalised golden ratio (Roberts, 2018), folded into the triangle.
         (1..=count).map(move |number| {
             let number = number as f64;
-            let (mut u, mut v) = ((0.5 + number * 0.754_877_666_246_692_7).fract(), (0.5 + number * 0.569_840_290_998_053_3).fract());
+            let (mut u, mut v) =
+                ((0.5 + number * 0.754_877_666_246_692_7).fract(), (0.5 + number * 0.569_840_290_998_053_3).fract());
             if u + v > 1.0 {
                 (u, v) = (1.0 - u, 1.0 - v);
             }

@@ -102,7 +102,8 @@ fn on_surface(solid: &Solid, place: Vec3<f64>) -> Vec3<f64> {
 fn faces(solid: &Solid, spacing: f64) -> Vec<Face> {
     let (mesh, indices) = (solid.mesh(), solid.mesh().indices());
     let corners: Vec<Vec3<f64>> = mesh.vertices().iter().map(|vertex| of_parry(*vertex)).collect();
-    let normals: Vec<Vec3<f64>> = indices.iter().map(|triangle| normal(&triangle.map(|c| corners[c as usize]))).collect();
+    let normals: Vec<Vec3<f64>> =
+        indices.iter().map(|triangle| normal(&triangle.map(|c| corners[c as usize]))).collect();
     let edges = edges(indices);
     let is_sharp = |sides: &[usize]| is_sharp(&normals, sides);
     let mut face_of: Vec<usize> = (0..indices.len()).collect();
@@ -113,7 +114,8 @@ fn faces(solid: &Solid, spacing: f64) -> Vec<Face> {
     let roots: Vec<usize> = (0..indices.len()).map(|triangle| root(&mut face_of, triangle)).collect();
     let mut faces: BTreeMap<usize, (Face, BTreeSet<[u32; 2]>)> = BTreeMap::new();
     for (triangle, face) in roots.iter().enumerate() {
-        let (own, _) = faces.entry(*face).or_insert_with(|| (Face { pieces: Vec::new(), rim: Vec::new() }, BTreeSet::new()));
+        let (own, _) =
+            faces.entry(*face).or_insert_with(|| (Face { pieces: Vec::new(), rim: Vec::new() }, BTreeSet::new()));
         cut(indices[triangle].map(|c| corners[c as usize]), PIECE * spacing, &mut own.pieces);
     }
     for (edge, sides) in edges.iter().filter(|(_, sides)| is_sharp(sides)) {

@@ -91,11 +91,8 @@ impl Solid {
 
     /// Mass properties for a density \[kg/m^3\].
     pub fn mass_properties(&self, density: f64) -> MassProperties {
-        let of = parry3d::mass_properties::MassProperties::from_trimesh(
-            density,
-            self.mesh.vertices(),
-            self.mesh.indices(),
-        );
+        let of =
+            parry3d::mass_properties::MassProperties::from_trimesh(density, self.mesh.vertices(), self.mesh.indices());
         let tensor = of.reconstruct_inertia_matrix();
         let (x, y, z) = (tensor.x_axis, tensor.y_axis, tensor.z_axis);
         let inertia = Sym3 { xx: x.x, yy: y.y, zz: z.z, xy: x.y, xz: x.z, yz: y.z };
@@ -115,7 +112,10 @@ impl Solid {
                 if let Some(at) = crossing(&triangle, &self.mesh.triangle(other)) {
                     let (one, two, at) = (number + 1, other + 1, place(of_parry(at)));
                     let message = format!("triangles {one} and {two} cross at {at}: the mesh intersects itself");
-                    return Err(Fault::new(message, "unite overlapping bodies in the CAD program, and export them as one"));
+                    return Err(Fault::new(
+                        message,
+                        "unite overlapping bodies in the CAD program, and export them as one",
+                    ));
                 }
             }
         }
@@ -150,23 +150,30 @@ fn closed(mesh: &Triangles) -> Result<(), Fault> {
         format!("from {a} to {b}")
     };
     // The first in the order of the file, so that the message stays the same.
-    let first = |is_bad: fn(&[usize; 2]) -> bool| edges.iter().filter(|(_, sides)| is_bad(sides)).map(|(edge, _)| edge).min();
+    let first =
+        |is_bad: fn(&[usize; 2]) -> bool| edges.iter().filter(|(_, sides)| is_bad(sides)).map(|(edge, _)| edge).min();
     let count = |is_bad: fn(&[usize; 2]) -> bool| edges.values().filter(|sides| is_bad(sides)).count();
     let is_open = |sides: &[usize; 2]| sides[0] + sides[1] == 1;
     if let Some(edge) = first(is_open) {
-        let message = format!("the mesh has a hole: {} edges have one triangle, the first {}", count(is_open), at(edge));
+        let message =
+            format!("the mesh has a hole: {} edges have one triangle, the first {}", count(is_open), at(edge));
         return Err(Fault::new(message, REPAIR));
     }
     let is_branched = |sides: &[usize; 2]| sides[0] + sides[1] > 2;
     if let Some(edge) = first(is_branched) {
         let (count, at) = (count(is_branched), at(edge));
-        let message = format!("the mesh has no unique inside: {count} edges have more than two triangles, the first {at}");
-        return Err(Fault::new(message, "unite bodies that share an edge, or separate them, and export the part again"));
+        let message =
+            format!("the mesh has no unique inside: {count} edges have more than two triangles, the first {at}");
+        return Err(Fault::new(
+            message,
+            "unite bodies that share an edge, or separate them, and export the part again",
+        ));
     }
     let is_turned = |sides: &[usize; 2]| sides[0] != sides[1];
     if let Some(edge) = first(is_turned) {
         let (count, at) = (count(is_turned), at(edge));
-        let message = format!("neighbouring triangles are oriented against each other along {count} edges, the first {at}");
+        let message =
+            format!("neighbouring triangles are oriented against each other along {count} edges, the first {at}");
         return Err(Fault::new(message, "let the CAD program orient all faces outwards, and export the part again"));
     }
     Ok(())

@@ -75,8 +75,7 @@ impl Grid {
         let place = (point - Vec3::lit(self.origin)) * R::lit(1.0 / self.cell);
         let within = place.zip(vec3(last[0], last[1], last[2]), |at, last| at.max(zero).min(R::lit(last)));
         let beyond = (place - within).norm();
-        let corner =
-            within.zip(vec3(last[0], last[1], last[2]), |at, last| at.floor().min(R::lit(last - 1.0)));
+        let corner = within.zip(vec3(last[0], last[1], last[2]), |at, last| at.floor().min(R::lit(last - 1.0)));
         let share = within - corner;
         let [row, layer] = [self.nodes[0], self.nodes[0] * self.nodes[1]];
         let index = corner.z.mul_add(R::lit(layer as f64), corner.y.mul_add(R::lit(row as f64), corner.x));
@@ -164,9 +163,8 @@ mod tests {
     fn normal_is_along_the_gradient_of_the_interpolated_distance() {
         let grid = grid([5, 4, 6], |place| (place - vec3(-0.1, 0.2, 0.4)).norm() - 0.05);
         let (point, step) = (vec3(-0.043, 0.177, 0.512), 1e-6);
-        let slope = |aside: Vec3<f64>| {
-            (grid.read(point + aside).distance - grid.read(point - aside).distance) / (2.0 * step)
-        };
+        let slope =
+            |aside: Vec3<f64>| (grid.read(point + aside).distance - grid.read(point - aside).distance) / (2.0 * step);
         let gradient = vec3(slope(vec3(step, 0.0, 0.0)), slope(vec3(0.0, step, 0.0)), slope(vec3(0.0, 0.0, step)));
         let normal = grid.read(point).normal;
         assert!((gradient * (1.0 / gradient.norm()) - normal).norm() < 1e-8, "{gradient:?} {normal:?}");

@@ -1,7 +1,7 @@
 //! Overlap of the parts at a given pose: contact points of each against solids of the other, in f64.
 
 use crate::contact::distance::solid_distance;
-use crate::model::Side;
+use crate::model::{ContactPoint, Side};
 use crate::params::Params;
 use crate::plant::{Plant, PointSource, PreparedSolid};
 use crate::space::{Parts, kinematics, space_masses};
@@ -34,9 +34,14 @@ pub struct Overlap {
 /// The physics takes the same distance; its depth of a point is that of the deepest solid. `None` if no point meets a
 /// solid.
 pub fn deepest_overlap(m: &Plant, parts: &Parts<f64>) -> Option<Overlap> {
-    let pairs = m.contacts.iter().flat_map(|contact| {
-        let of = &m.pairs[contact.pair];
-        let (side, point) = (of.points_of, contact.point);
+    let of_points = m.contacts.iter().map(|contact| (contact.pair, contact.source, contact.point));
+    let of_shells = m.shells.iter().flat_map(|shell| {
+        let sphere = |position: Vec3<f64>| ContactPoint { position, radius: 0.0 };
+        shell.points.iter().map(move |point| (shell.pair, shell.source, sphere(point.position)))
+    });
+    let pairs = of_points.chain(of_shells).flat_map(|(pair, source, point)| {
+        let of = &m.pairs[pair];
+        let side = of.points_of;
         let [own, other] = match side {
             Side::A => [parts.a, parts.b],
             Side::B => [parts.b, parts.a],
@@ -52,7 +57,7 @@ pub fn deepest_overlap(m: &Plant, parts: &Parts<f64>) -> Option<Overlap> {
             let origin = parts.b.attitude.rotate_back(other.position - parts.b.position);
             Overlap {
                 side,
-                source: contact.source,
+                source,
                 solid: prepared.index,
                 depth: point.radius - surface.distance,
                 place: origin + turned(place),

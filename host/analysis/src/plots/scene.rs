@@ -528,17 +528,45 @@ fn draw_face(view: &mut View, frame: Pose<f64>, outline: &[[f64; 2]], rim: f64, 
 mod tests {
     use super::*;
     use softdock_campaign::load_scenario;
+    use softdock_kernels::contact::mesh::{Ball, Grid, Table};
     use softdock_kernels::model::{Model, Solid};
     use std::path::Path;
+    use std::sync::Arc;
 
     fn model() -> Model {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../campaigns/scenarios/smoke.toml");
         load_scenario(&path).expect("the shipped scenario").model
     }
 
+    #[test]
+    fn mesh_is_drawn_with_its_edges_and_facing_triangles() {
+        let paths = |solids: Vec<Solid>| {
+            let mut model = model();
+            model.contact.b.solids = solids;
+            drawn(model).matches("<path").count()
+        };
+        let solid = Solid { frame: Pose::identity(), shape: tetrahedron() };
+        let (with, without) = (paths(vec![solid]), paths(Vec::new()));
+        // Six edges in each of three views, and at least one triangle.
+        assert!(with >= without + 3 * 7, "{with} and {without}");
+    }
+
     fn drawn(model: Model) -> String {
         let nominal = model.nominal;
         scene_svg("a < b & c", &Plant::new(model), &nominal)
+    }
+
+    /// A tetrahedron far from the nodes of its grid, which no figure reads but for the least distance.
+    fn tetrahedron() -> Shape {
+        let table = Table { values: vec![0.1_f32; 8].into(), offset: 0 };
+        Shape::Mesh(Arc::new(Mesh {
+            grid: Grid { origin: Vec3::splat(-0.1), cell: 0.5, nodes: [2; 3], margin: 0.1, table },
+            shell: Vec::new(),
+            ball: Ball { centre: Vec3::zero(), radius: 0.3 },
+            half_thickness: 0.05,
+            vertices: vec![Vec3::zero(), vec3(0.2, 0.0, 0.0), vec3(0.0, 0.2, 0.0), vec3(0.0, 0.0, 0.2)],
+            triangles: vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]],
+        }))
     }
 
     #[test]
@@ -550,6 +578,7 @@ mod tests {
             Shape::Cone { mouth: 0.2, bottom: 0.05, depth: 0.3 },
             Shape::Bore { radius: 0.1, depth: 0.2, chamfer: 0.01 },
             Shape::Bore { radius: 0.1, depth: 0.2, chamfer: 0.0 },
+            tetrahedron(),
         ];
         // Along x, along y and along z: seen from the side, along the axis, and from above.
         for turn in [

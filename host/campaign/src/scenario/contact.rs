@@ -2,6 +2,7 @@
 
 use super::{GATE_ANGLE, GATE_SIZE};
 use crate::check::{Checker, span_of, take_parameters};
+use crate::mesh::{self, MeshFile};
 use crate::mobility::effective_mass;
 use crate::written::scenario::{ContactTable, LatchTable, LawKeys, PointTable, ScenarioFile, SolidTable, StartTable};
 use crate::written::{At, Quantities};
@@ -32,21 +33,19 @@ const EXPONENT: Range = Range::within(1.0, 5.0);
 const SLOWER: f64 = 10.0;
 const SLOWEST: f64 = 1e-3;
 
-pub(crate) fn read(c: &mut Checker, file: &ScenarioFile, p: &mut Params<f64>) -> Contact {
+pub(crate) fn read(c: &mut Checker, file: &ScenarioFile, p: &mut Params<f64>) -> (Contact, Vec<MeshFile>) {
     let table = &file.contact.value;
     let (law, pair) = law(c, table.law(), p.closing_speed);
     store(&pair, p);
-    let a = part(c, "part_a", &file.part_a.point, &file.part_a.solid);
-    let b = part(c, "part_b", &file.part_b.point, &file.part_b.solid);
+    let mut a = part(c, "part_a", &file.part_a.point, &file.part_a.solid);
+    let mut b = part(c, "part_b", &file.part_b.point, &file.part_b.solid);
+    let (bilateral, solids) = (table.bilateral.unwrap_or(false), [&*file.part_a.solid, &*file.part_b.solid]);
+    let meshes = mesh::read(c, solids, [&mut a, &mut b]);
+    mesh::refuse_sizes(c, solids, [&a, &b]);
+    mesh::refuse_bilateral(c, solids, bilateral);
     let pairs = pairs(c, file, [&a, &b], p.closing_speed);
-    Contact {
-        a,
-        b,
-        pairs,
-        law,
-        bilateral: table.bilateral.unwrap_or(false),
-        latch: file.latch.as_ref().map(|table| latch(c, table, p)),
-    }
+    let latch = file.latch.as_ref().map(|table| latch(c, table, p));
+    (Contact { a, b, pairs, law, bilateral, latch }, meshes)
 }
 
 fn part(c: &mut Checker, table: &str, points: &[PointTable], solids: &[SolidTable]) -> PartShape {
@@ -270,6 +269,7 @@ enum Kind {
     Ring,
     Cone,
     Bore,
+    Mesh,
 }
 
 /// Contact points of a rim or a ring, unless stated, and of a capsule; the most of one.
@@ -290,6 +290,7 @@ fn solid(c: &mut Checker, table: &SolidTable) -> Solid {
             ("ring", Kind::Ring),
             ("cone", Kind::Cone),
             ("bore", Kind::Bore),
+            ("mesh", Kind::Mesh),
         ],
     );
     let is = |kinds: &[Kind]| kinds.contains(&kind);
@@ -300,7 +301,17 @@ fn solid(c: &mut Checker, table: &SolidTable) -> Solid {
         needs("front", span_of(&table.front), &[Kind::Frustum]),
         needs("back", span_of(&table.back), &[Kind::Frustum]),
         needs("tube", span_of(&table.tube), &[Kind::Ring]),
-        ("points", span_of(&table.points), is(&[Kind::Capsule, Kind::Cylinder, Kind::Frustum, Kind::Ring]), false),
+        (
+            "points",
+            span_of(&table.points),
+            is(&[Kind::Capsule, Kind::Cylinder, Kind::Frustum, Kind::Ring, Kind::Mesh]),
+            false,
+        ),
+        needs("file", span_of(&table.file), &[Kind::Mesh]),
+        needs("unit", span_of(&table.unit), &[Kind::Mesh]),
+        ("resolution", span_of(&table.resolution), is(&[Kind::Mesh]), false),
+        ("patch", span_of(&table.patch), is(&[Kind::Mesh]), false),
+        ("density", span_of(&table.density), is(&[Kind::Mesh]), false),
         needs("size", span_of(&table.size), &[Kind::Box]),
         needs("mouth", span_of(&table.mouth), &[Kind::Cone]),
         needs("bottom", span_of(&table.bottom), &[Kind::Cone]),
@@ -316,7 +327,8 @@ fn solid(c: &mut Checker, table: &SolidTable) -> Solid {
     let (length, front, back, tube) =
         (number(&table.length), number(&table.front), number(&table.back), number(&table.tube));
     let least = if kind == Kind::Capsule { 2 } else { 4 };
-    let points = table.points.as_ref().map(|written| c.count(written, least, MOST_RIM_POINTS) as usize);
+    let stated = table.points.as_ref().filter(|_| kind != Kind::Mesh);
+    let points = stated.map(|written| c.count(written, least, MOST_RIM_POINTS) as usize);
     let points = points.unwrap_or(if kind == Kind::Capsule { CAPSULE_POINTS } else { RIM_POINTS });
     if let (Kind::Ring, Some(written)) = (kind, table.tube.as_ref().filter(|_| complete && tube >= radius)) {
         c.refuse(&written.span, "the tube is not thinner than the ring", "write a tube below the radius");
@@ -339,6 +351,8 @@ fn solid(c: &mut Checker, table: &SolidTable) -> Solid {
         Kind::Ring => Shape::Ring { radius, tube, points },
         Kind::Cone => Shape::Cone { mouth, bottom, depth },
         Kind::Bore => Shape::Bore { radius, depth, chamfer },
+        // Its file is read when the other part's points are known.
+        Kind::Mesh => Shape::Plane,
     };
     Solid { frame, shape }
 }

@@ -1,2 +1,0 @@
-#[path = "../../../tests/oracles/meshes.rs"]
-mod meshes;
