@@ -159,7 +159,7 @@ fn shells(m: &Model, side: Side) -> impl Iterator<Item = (PointSource, Vec<Shell
 }
 
 /// Greatest share of the stiffness that a shell has in contact: of the points that face a direction; at least 1.
-fn crowd(m: &Model, belongs: impl Fn(Side, PointSource) -> bool) -> f64 {
+pub(crate) fn crowd(m: &Model, belongs: impl Fn(Side, PointSource) -> bool) -> f64 {
     let facing = |shell: &[ShellPoint<f64>], direction: Vec3<f64>| -> f64 {
         shell.iter().map(|point| point.share * point.normal.dot(direction).max(0.0)).sum()
     };

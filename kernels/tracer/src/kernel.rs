@@ -207,17 +207,22 @@ fn touch_shell(index: usize, shell: &ShellOfPair, state: &str) -> String {
         "    let r{index} = {relative}(parts);\n    \
          var t{index} = no_shell_touch();\n    \
          if (r{index}.near > 0.0) {{\n        \
-             for (var i = 0u; i < {}u; i++) {{\n            \
+             var i = 0u;\n        \
+             loop {{\n            \
                  let at = {}u + i * {SHELL_WORDS}u;\n            \
-                 t{index} = {point}(pairs.p{law}, r{index}, ShellPoint({}), {state}.approach, t{index});\n        \
+                 t{index} = {point}(pairs.p{law}, r{index}, ShellPoint({}), {state}.approach, t{index});\n            \
+                 i++;\n            \
+                 if (i == {}u) {{\n                \
+                     break;\n            \
+                 }}\n        \
              }}\n    \
          }}\n    \
          let s{index} = {contact}(pairs.p{law}, parts, r{index}, t{index}, {state});\n    \
          {state} = PointState({});\n    \
          sum = gather(sum, s{index});\n",
-        shell.points.len(),
         shell.offset,
         words.join(", "),
+        shell.points.len(),
         kept.join(", "),
     )
 }

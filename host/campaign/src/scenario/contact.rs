@@ -4,6 +4,7 @@ use super::{GATE_ANGLE, GATE_SIZE};
 use crate::check::{Checker, span_of, take_parameters};
 use crate::mesh::{self, MeshFile};
 use crate::mobility::effective_mass;
+use crate::stability::crowd;
 use crate::written::scenario::{ContactTable, LatchTable, LawKeys, PointTable, ScenarioFile, SolidTable, StartTable};
 use crate::written::{At, Quantities};
 use softdock_kernels::contact::common_pair;
@@ -379,25 +380,28 @@ pub(crate) fn complete(c: &mut Checker, table: &ContactTable, start: &StartTable
     let Some(mass) = effective_mass(m, m.nominal.base_mass, m.nominal.target_mass) else {
         return;
     };
+    // A bristle of a shell is that of all its points in contact.
+    let bristle_mass = mass / crowd(m, |_, _| true);
     let p = &mut m.nominal;
     let mut common = common_pair(p);
-    complete_pair(c, table.law(), (m.contact.law, &mut common), start, [mass, p.closing_speed]);
+    complete_pair(c, table.law(), (m.contact.law, &mut common), start, [mass, bristle_mass, p.closing_speed]);
     store(&common, p);
     for (row, table) in m.contact.pairs.iter_mut().zip(&table.pair) {
-        complete_pair(c, table.law(), (row.law, &mut row.properties), start, [mass, p.closing_speed]);
+        complete_pair(c, table.law(), (row.law, &mut row.properties), start, [mass, bristle_mass, p.closing_speed]);
     }
 }
 
-/// Completes the damping of a pair, for an effective mass \[kg\] and a closing speed \[m/s\].
+/// Completes the damping of a pair, for an effective mass, the same for each share of its bristle \[kg\], and a closing
+/// speed \[m/s\].
 fn complete_pair(
     c: &mut Checker,
     keys: LawKeys<'_>,
     (law, pair): (NormalLaw, &mut Pair<f64>),
     start: &StartTable,
-    [mass, closing_speed]: [f64; 2],
+    [mass, bristle_mass, closing_speed]: [f64; 3],
 ) {
     if keys.bristle_damping.is_none() {
-        pair.bristle_damping = 2.0 * BRISTLE_DAMPING_RATIO * (pair.bristle_stiffness * mass).sqrt();
+        pair.bristle_damping = 2.0 * BRISTLE_DAMPING_RATIO * (pair.bristle_stiffness * bristle_mass).sqrt();
     }
     let Some(written) = keys.restitution else { return };
     let restitution = c.number(written, "1", RESTITUTION);
