@@ -70,6 +70,8 @@ pub struct ContactPair {
     pub points_of: Side,
     /// Whether its points have a share of the stiffness.
     pub shares: bool,
+    /// Whether a solid is a mesh.
+    pub has_mesh: bool,
     /// Whether a point may come near the middle of a solid before the depth makes a run invalid.
     pub is_thin: bool,
     /// The solids.
@@ -343,6 +345,7 @@ impl PairKey {
             properties: row.map(|row| row.properties),
             points_of: self.side,
             shares: self.shares,
+            has_mesh: solids.iter().any(|own| matches!(own.surface, Surface::Mesh(_))),
             is_thin: solids.iter().any(is_thin),
             solids,
         }

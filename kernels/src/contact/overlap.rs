@@ -1,6 +1,7 @@
 //! Overlap of the parts at a given pose: contact points of each against solids of the other, in f64.
 
 use crate::contact::distance::solid_distance;
+use crate::contact::profile::Surface;
 use crate::model::{ContactPoint, Side};
 use crate::params::Params;
 use crate::plant::{Plant, PointSource, PreparedSolid};
@@ -31,8 +32,8 @@ pub struct Overlap {
 
 /// The pair of a contact point and a solid that overlaps most, or that is nearest if none overlaps.
 ///
-/// The physics takes the same distance; its depth of a point is that of the deepest solid. `None` if no point meets a
-/// solid.
+/// The physics takes the same distance, but for points far from a mesh; its depth of a point is that of the deepest solid.
+/// `None` if no point meets a solid.
 pub fn deepest_overlap(m: &Plant, parts: &Parts<f64>) -> Option<Overlap> {
     let of_points = m.contacts.iter().map(|contact| (contact.pair, contact.source, contact.point));
     let of_shells = m.shells.iter().flat_map(|shell| {
@@ -49,7 +50,10 @@ pub fn deepest_overlap(m: &Plant, parts: &Parts<f64>) -> Option<Overlap> {
         let from_other = (own.position - other.position) + own.attitude.rotate(point.position);
         let centre = other.attitude.rotate_back(from_other);
         of.solids.iter().map(move |prepared| {
-            let surface = solid_distance(prepared, centre);
+            let distance = match &prepared.surface {
+                Surface::Mesh(grid) => grid.upper_bound(prepared.to_local(centre)),
+                _ => solid_distance(prepared, centre).distance,
+            };
             let normal = outward_normal(prepared, centre);
             let place = normal.scale_add(-point.radius, centre);
             // From the frame of the part with the solid into that of part B.
@@ -59,7 +63,7 @@ pub fn deepest_overlap(m: &Plant, parts: &Parts<f64>) -> Option<Overlap> {
                 side,
                 source,
                 solid: prepared.index,
-                depth: point.radius - surface.distance,
+                depth: point.radius - distance,
                 place: origin + turned(place),
                 normal: turned(normal),
             }
