@@ -37,7 +37,7 @@ fn crate_dependencies_are_allowed() {
     let own = |name: &str| {
         dependencies[name].iter().filter(|used| used.starts_with("softdock")).map(String::as_str).collect()
     };
-    let allowed: [(&str, &[&str]); 16] = [
+    let allowed: [(&str, &[&str]); 17] = [
         ("softdock-input", &[]),
         ("softdock-tracer", &["softdock-kernels"]),
         ("softdock-engine", &["softdock-kernels", "softdock-tracer"]),
@@ -53,7 +53,8 @@ fn crate_dependencies_are_allowed() {
                 "softdock-realtime",
             ],
         ),
-        ("softdock-campaign", &["softdock-kernels", "softdock-input"]),
+        ("softdock-mesh", &["softdock-kernels"]),
+        ("softdock-campaign", &["softdock-kernels", "softdock-input", "softdock-mesh"]),
         ("softdock-results", &["softdock-kernels", "softdock-input"]),
         ("softdock-analysis", &["softdock-kernels", "softdock-campaign", "softdock-results"]),
         (
@@ -132,6 +133,7 @@ fn heavy_libraries_have_one_owner() {
         ("parquet", "softdock-results"),
         ("axum", "softdock-session"),
         ("tokio", "softdock-session"),
+        ("parry3d", "softdock-mesh"),
     ] {
         for (name, used) in dependencies() {
             let names = used.iter().any(|used| used.split('-').next() == Some(library));

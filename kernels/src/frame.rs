@@ -30,7 +30,7 @@ use crate::session::Session;
 use crate::space::{Actuation, Bodies, Kinematics, Masses, Parts, Wrench, settle_in_place, space_masses};
 use crate::staged::{
     advance_in_place, command, contact_point, feed_back, followed, guide, in_place, kinematics, latch, metrics,
-    set_where, start, update_kinematics,
+    point_on_exact, set_where, start, touch_shell, update_kinematics,
 };
 use crate::test_motion::Tracking;
 use crate::vector::Vec3;
@@ -128,15 +128,25 @@ pub fn touch_points<L: Lane>(
     live: L::Mask,
 ) -> Touch<L> {
     let mut sum = monitor::no_touch();
-    for (contact, state) in m.contacts.iter().zip(states) {
+    let (of_points, of_shells) = states.split_at_mut(m.contacts.len());
+    for (contact, state) in m.contacts.iter().zip(of_points) {
         let (point, share) = (&contact.point, L::lit(contact.share));
         let point = Point { position: Vec3::lit(point.position), radius: L::lit(point.radius), share };
         let of = &m.pairs[contact.pair];
-        let c = contact_point(m, of, &pairs[contact.pair], parts, point, *state);
+        let pair = &pairs[contact.pair];
+        let c = match of.has_mesh {
+            true => contact_point(m, of, pair, parts, point, *state),
+            false => point_on_exact(m, of, pair, parts, point, *state),
+        };
         state.bristle = Vec3::select(live, c.state.bristle, state.bristle);
         if of.law.needs_approach() {
             state.approach = L::select(live, c.state.approach, state.approach);
         }
+        in_place::gather(&mut sum, &c);
+    }
+    for (shell, state) in m.shells.iter().zip(of_shells) {
+        let c = touch_shell(m, shell, &pairs[shell.pair], parts, state);
+        state.set_where(live, &c.state);
         in_place::gather(&mut sum, &c);
     }
     sum

@@ -3,6 +3,7 @@
 //! A stage reads them as literals: on the CPU they are broadcast, in a trace they fold into the WGSL.
 //! What may vary from run to run is not here but in [`Params`].
 
+use crate::contact::mesh::Mesh;
 use crate::manipulator::cell::{AXES, Carriage, Mount, Servo};
 use crate::manipulator::{ArmDrive, Manipulator};
 pub use crate::material::NormalLaw;
@@ -10,6 +11,7 @@ use crate::material::Pair;
 use crate::params::Params;
 use crate::real::Real;
 use crate::vector::{Pose, Quat, Sym3, Vec3, vec3};
+use std::sync::Arc;
 
 /// The most arm joints that a scenario may have.
 pub const MAX_JOINTS: usize = 7;
@@ -287,8 +289,8 @@ pub struct ContactPoint {
     pub radius: f64,
 }
 
-/// A solid with an exact signed distance; `frame` places it in its part.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// A solid with a signed distance; `frame` places it in its part.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Solid {
     /// Pose of the solid in its part's frame.
     pub frame: Pose<f64>,
@@ -297,7 +299,7 @@ pub struct Solid {
 }
 
 /// Shapes, each in its own frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Shape {
     /// Half space x >= 0: its face looks towards -x.
     Plane,
@@ -370,6 +372,8 @@ pub enum Shape {
         /// Contact points on the edge of the hole, behind the chamfer.
         points: usize,
     },
+    /// A closed mesh of triangles.
+    Mesh(Arc<Mesh>),
 }
 
 /// Half thickness of a solid without another side \[m\].
@@ -385,6 +389,7 @@ impl Shape {
             Self::Capsule { length, .. } | Self::Cylinder { length, .. } => [-0.5 * length, 0.5 * length],
             Self::Frustum { length, .. } => [0.0, length],
             Self::Cone { depth, .. } | Self::Bore { depth, .. } => [0.0, depth],
+            Self::Mesh(ref mesh) => mesh.ends(|vertex| vertex.x),
         }
     }
 
@@ -398,6 +403,7 @@ impl Shape {
             Self::Ring { radius, tube, .. } => radius + tube,
             Self::Cone { mouth, .. } => mouth,
             Self::Bore { radius, chamfer, .. } => radius + chamfer,
+            Self::Mesh(ref mesh) => mesh.ends(|vertex| vertex.y.hypot(vertex.z))[1],
         }
     }
 
@@ -406,6 +412,7 @@ impl Shape {
         let [front, back] = self.ends();
         match self {
             Self::Box { half } => half.norm(),
+            Self::Mesh(mesh) => mesh.ends(|vertex| vertex.norm())[1],
             _ => front.abs().max(back).max(self.across()),
         }
     }
@@ -419,7 +426,13 @@ impl Shape {
             Self::Cylinder { radius, length, .. } => radius.min(0.5 * length),
             Self::Frustum { front, back, length, .. } => (0.5 * (front + back)).min(0.5 * length),
             Self::Ring { tube, .. } => tube,
+            Self::Mesh(ref mesh) => mesh.half_thickness,
         }
+    }
+
+    /// Whether it is a mesh with contact points.
+    pub fn has_shell(&self) -> bool {
+        matches!(self, Self::Mesh(mesh) if !mesh.shell.is_empty())
     }
 
     /// Whether its contact points are spheres that have its whole surface.

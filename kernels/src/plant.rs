@@ -3,11 +3,12 @@
 use crate::chain::Chain;
 use crate::contact::NEAR_MIDDLE;
 use crate::contact::features::{Feature, features};
+use crate::contact::mesh::{Ball, SHELL_WORDS, ShellPoint};
 use crate::contact::profile::Surface;
 use crate::effects::EffectSet;
 use crate::manipulator::cell::{Cell, Misplaced};
 use crate::material::{NormalLaw, Pair};
-use crate::model::{Contact, ContactPoint, JointLevel, MaterialPair, Model, PartShape, Side, Solid};
+use crate::model::{Contact, ContactPoint, JointLevel, MaterialPair, Model, PartShape, Shape, Side, Solid};
 use crate::robot::{command, robots_at};
 use crate::session::{SessionRobot, Workspace};
 use crate::space::{Motion, Parts};
@@ -33,6 +34,8 @@ pub struct Plant {
     pub pairs: Vec<ContactPair>,
     /// The contact points with the laws that they meet: those of part A, then those of part B.
     pub contacts: Vec<PointOfPair>,
+    /// The shells of meshes with the laws that they meet: those of part A, then those of part B.
+    pub shells: Vec<ShellOfPair>,
     /// Robots 1 and 2 in their places, at the joint level.
     pub cells: Option<[Cell; 2]>,
     /// The robots that a session drives, in their places.
@@ -67,6 +70,8 @@ pub struct ContactPair {
     pub points_of: Side,
     /// Whether its points have a share of the stiffness.
     pub shares: bool,
+    /// Whether a solid is a mesh.
+    pub has_mesh: bool,
     /// Whether a point may come near the middle of a solid before the depth makes a run invalid.
     pub is_thin: bool,
     /// The solids.
@@ -95,6 +100,23 @@ pub struct PointOfPair {
     pub pair: usize,
 }
 
+/// The contact points of a mesh and a law that they meet.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ShellOfPair {
+    /// The points, in the frame of their part, with their shares of the pair's stiffness and damping.
+    pub points: Vec<ShellPoint<f64>>,
+    /// Contains the points, in the frame of their part.
+    pub ball: Ball,
+    /// A distance to the solids may be that much too great \[m\].
+    pub slack: f64,
+    /// What they belong to.
+    pub source: PointSource,
+    /// Index in [`Plant::pairs`].
+    pub pair: usize,
+    /// Place of the first point in the kernels' tables.
+    pub offset: usize,
+}
+
 impl PartialEq for Plant {
     /// All the rest is made of the model and the effects.
     fn eq(&self, other: &Self) -> bool {
@@ -109,11 +131,14 @@ impl Plant {
         let link_attitudes: Vec<_> =
             model.links.iter().zip(&model.start_angles).map(|(l, a)| l.origin.attitude.compose(turn(*a))).collect();
         let tool_start = tool_start(&model, &link_attitudes);
+        let mut words = 0;
         let solids = Side::BOTH.map(|side| {
             let solids = model.contact.part(side).solids.iter().enumerate();
-            solids.map(|(index, solid)| PreparedSolid::new(index, solid)).collect::<Vec<_>>()
+            solids.map(|(index, solid)| PreparedSolid::new(index, solid, &mut words)).collect::<Vec<_>>()
         });
-        let (pairs, contacts) = contacts(&model, &solids);
+        let (mut pairs, contacts) = contacts(&model, &solids);
+        let shells = shells(&model, &solids, &mut pairs, &mut words);
+        let pairs = pairs.into_iter().map(|(_, pair)| pair).collect();
         let chain = Chain::new(&model.links, &link_attitudes, model.tool, model.base_inertia);
         let target_inverse_inertia = model.target_inertia.inverse();
         let start = start(&model, tool_start);
@@ -126,6 +151,7 @@ impl Plant {
             solids,
             pairs,
             contacts,
+            shells,
             cells: None,
             session_robots: None,
             workspace: None,
@@ -166,6 +192,33 @@ impl Plant {
         self.cells.as_ref().expect("only the joint level has robots")
     }
 
+    /// Laws of all that keeps a contact state: of the contact points, then of the shells.
+    pub fn touching_pairs(&self) -> impl Iterator<Item = &ContactPair> {
+        let of_points = self.contacts.iter().map(|contact| contact.pair);
+        of_points.chain(self.shells.iter().map(|shell| shell.pair)).map(|pair| &self.pairs[pair])
+    }
+
+    /// Number of contact states of a loop.
+    pub fn contact_states(&self) -> usize {
+        self.contacts.len() + self.shells.len()
+    }
+
+    /// The numbers that the kernels read by computed indices: grids of the meshes, then their shells.
+    pub fn tables(&self) -> Vec<f32> {
+        let mut out = Vec::new();
+        for surface in self.solids.iter().flatten().map(|solid| &solid.surface) {
+            if let Surface::Mesh(grid) = surface {
+                out.extend_from_slice(&grid.table.values);
+            }
+        }
+        for point in self.shells.iter().flat_map(|shell| &shell.points) {
+            let numbers = crate::fields::to_vec::<f64, _>(point);
+            let filled = numbers.into_iter().chain(std::iter::repeat(0.0)).take(SHELL_WORDS);
+            out.extend(filled.map(|number| number as f32));
+        }
+        out
+    }
+
     /// Number of arm joints.
     pub fn joints(&self) -> usize {
         self.model.links.len()
@@ -188,9 +241,9 @@ pub fn place(m: &Plant, level: &JointLevel) -> Result<[Cell; 2], (usize, Misplac
 }
 
 /// The laws that the points meet: for each point the rest of the solids under the common law, then its material pairs.
-fn contacts(model: &Model, prepared: &[Vec<PreparedSolid>; 2]) -> (Vec<ContactPair>, Vec<PointOfPair>) {
+fn contacts(model: &Model, prepared: &[Vec<PreparedSolid>; 2]) -> (KeyedPairs, Vec<PointOfPair>) {
     let contact = &model.contact;
-    let mut pairs: Vec<(PairKey, ContactPair)> = Vec::new();
+    let mut pairs: KeyedPairs = Vec::new();
     let mut contacts = Vec::new();
     for side in Side::BOTH {
         let solids = &prepared[side.other() as usize];
@@ -206,15 +259,71 @@ fn contacts(model: &Model, prepared: &[Vec<PreparedSolid>; 2]) -> (Vec<ContactPa
             for number in rows {
                 let own: Vec<usize> = met.iter().copied().filter(|solid| row(solid) == number).collect();
                 let key = PairKey { side, row: number, solids: own, shares: feature.share != 1.0 };
-                let pair = pairs.iter().position(|(other, _)| *other == key).unwrap_or_else(|| {
-                    pairs.push((key.clone(), key.pair(model, solids)));
-                    pairs.len() - 1
-                });
+                let pair = place_of(&mut pairs, key, model, solids);
                 contacts.push(PointOfPair { point: feature.point, share: feature.share, source, pair });
             }
         }
     }
-    (pairs.into_iter().map(|(_, pair)| pair).collect(), contacts)
+    (pairs, contacts)
+}
+
+type KeyedPairs = Vec<(PairKey, ContactPair)>;
+
+/// The laws that the shells of the meshes meet, as [`contacts`] has those of the points; new laws join `pairs`.
+///
+/// Of two meshes with shells both have half the stiffness: each place of contact has points of both.
+fn shells(
+    model: &Model,
+    prepared: &[Vec<PreparedSolid>; 2],
+    pairs: &mut KeyedPairs,
+    words: &mut usize,
+) -> Vec<ShellOfPair> {
+    let contact = &model.contact;
+    let mut shells = Vec::new();
+    for side in Side::BOTH {
+        let others = &prepared[side.other() as usize];
+        for (index, solid) in contact.part(side).solids.iter().enumerate() {
+            let Shape::Mesh(mesh) = &solid.shape else { continue };
+            let source = PointSource::Solid(index);
+            let has_shell = |other: usize| others[other].solid.shape.has_shell();
+            let row = |other: usize| {
+                let has =
+                    |row: &MaterialPair| row.has(side, source) && row.has(side.other(), PointSource::Solid(other));
+                contact.pairs.iter().position(has)
+            };
+            let met: Vec<usize> = (0..others.len()).filter(|other| contact.meets(side, source, *other)).collect();
+            let groups: BTreeSet<(Option<usize>, bool)> =
+                met.iter().map(|other| (row(*other), has_shell(*other))).collect();
+            for group in groups.into_iter().filter(|_| !mesh.shell.is_empty()) {
+                let own: Vec<usize> =
+                    met.iter().copied().filter(|other| (row(*other), has_shell(*other)) == group).collect();
+                let key = PairKey { side, row: group.0, solids: own, shares: true };
+                let pair = place_of(pairs, key, model, others);
+                let half = if group.1 { 0.5 } else { 1.0 };
+                let placed = |place: Vec3<f64>| solid.frame.position + solid.frame.attitude.rotate(place);
+                let point = |point: &ShellPoint<f64>| ShellPoint {
+                    position: placed(point.position),
+                    normal: solid.frame.attitude.rotate(point.normal),
+                    share: half * point.share,
+                };
+                let slack = pairs[pair].1.solids.iter().map(PreparedSolid::slack).fold(0.0, f64::max);
+                let points: Vec<_> = mesh.shell.iter().map(point).collect();
+                let ball = Ball { centre: placed(mesh.ball.centre), ..mesh.ball };
+                shells.push(ShellOfPair { points, ball, slack, source, pair, offset: *words });
+                *words += SHELL_WORDS * mesh.shell.len();
+            }
+        }
+    }
+    shells
+}
+
+/// The index of a law, which joins the others if it is new.
+fn place_of(pairs: &mut KeyedPairs, key: PairKey, model: &Model, solids: &[PreparedSolid]) -> usize {
+    pairs.iter().position(|(other, _)| *other == key).unwrap_or_else(|| {
+        let pair = key.pair(model, solids);
+        pairs.push((key, pair));
+        pairs.len() - 1
+    })
 }
 
 /// What makes a [`ContactPair`]: the part with the points, the material pair if any, solids, whether points have shares.
@@ -236,6 +345,7 @@ impl PairKey {
             properties: row.map(|row| row.properties),
             points_of: self.side,
             shares: self.shares,
+            has_mesh: solids.iter().any(|own| matches!(own.surface, Surface::Mesh(_))),
             is_thin: solids.iter().any(is_thin),
             solids,
         }
@@ -269,13 +379,16 @@ impl MaterialPair {
 
 impl Contact {
     /// Whether a point of a part meets a solid of the other. Of two solids the points of the round one meet the other's
-    /// surface, of two round ones those of part A, so that no place of contact counts twice.
+    /// surface, of two round ones those of part A, so that no place of contact counts twice. The shell of a mesh has its
+    /// whole surface, too: of other solids only a round one has points that meet it, or another mesh.
     fn meets(&self, side: Side, source: PointSource, solid: usize) -> bool {
         let PointSource::Solid(own) = source else { return true };
-        let is_round = |side: Side, solid: usize| self.part(side).solids[solid].shape.is_round();
-        match (is_round(side, own), is_round(side.other(), solid)) {
+        let (own, other) = (&self.part(side).solids[own].shape, &self.part(side.other()).solids[solid].shape);
+        match (own.is_round(), other.is_round()) {
             (true, true) => side == Side::A,
-            (own, other) => own || !other,
+            (true, false) => true,
+            (false, true) => false,
+            (false, false) => own.has_shell() || !other.has_shell(),
         }
     }
 }
@@ -303,8 +416,22 @@ fn tool_start(model: &Model, link_attitudes: &[Quat<f64>]) -> Pose<f64> {
 }
 
 impl PreparedSolid {
-    fn new(index: usize, solid: &Solid) -> Self {
-        Self { solid: *solid, index, rotation: solid.frame.attitude.matrix(), surface: Surface::of(&solid.shape) }
+    /// `words` are those of the kernels' tables so far.
+    fn new(index: usize, solid: &Solid, words: &mut usize) -> Self {
+        let mut surface = Surface::of(&solid.shape);
+        if let Surface::Mesh(grid) = &mut surface {
+            grid.table.offset = *words;
+            *words += grid.table.values.len();
+        }
+        Self { solid: solid.clone(), index, rotation: solid.frame.attitude.matrix(), surface }
+    }
+
+    /// So much too great its distance may be \[m\]: the interpolation across an edge is off by less than a cell's diagonal.
+    fn slack(&self) -> f64 {
+        match &self.surface {
+            Surface::Mesh(grid) => 2.0 * grid.cell,
+            _ => 0.0,
+        }
     }
 
     /// A point of the part's frame in the solid's own frame.

@@ -13,7 +13,7 @@ use crate::metrics::Metrics;
 use crate::monitor::{Touch, Watch};
 use crate::noise::Normals;
 use crate::params::Params;
-use crate::plant::{ContactPair, Plant};
+use crate::plant::{ContactPair, Plant, ShellOfPair};
 use crate::robot::Robots;
 use crate::sensor::Sensor;
 use crate::session::{Asked, Clearance, Observed, Session};
@@ -68,6 +68,10 @@ staged! {
     guidance::guide<N>(m; p: &'a Params<L>, masses: &'a Masses<L>, arm: &'a Arm<L, N>, drives: &'a ArmDrives<L, N>, base: Quat<L>, k: &'a Kinematics<L, N>, touched: L) -> Actuation<L, N>;
     /// [`crate::contact::contact_point`]
     contact::contact_point(m; of: &'a ContactPair, pair: &'a Pair<L>, parts: &'a Parts<L>, point: Point<L>, state: PointState<L>) -> PointContact<L>;
+    /// [`crate::contact::point_on_exact`]
+    contact::point_on_exact(m; of: &'a ContactPair, pair: &'a Pair<L>, parts: &'a Parts<L>, point: Point<L>, state: PointState<L>) -> PointContact<L>;
+    /// [`crate::contact::shell::touch_shell`]
+    contact::touch_shell(m; shell: &'a ShellOfPair, pair: &'a Pair<L>, parts: &'a Parts<L>, state: &'a PointState<L>) -> PointContact<L>;
     /// [`crate::contact::latch`]
     contact::latch(m; p: &'a Params<L>, parts: &'a Parts<L>, closed: L) -> LatchState<L>;
     /// [`crate::robot::command`]

@@ -17,6 +17,7 @@ mod lanes;
 mod laws;
 mod load;
 mod map;
+pub(crate) mod meshes;
 mod nulls;
 mod pairs;
 mod scenes;

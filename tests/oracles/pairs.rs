@@ -141,7 +141,8 @@ fn contact_is_the_same_with_the_parts_exchanged() {
     let plate = moving(0.0, turn(-0.05, 0.1, 0.0), vec3(-0.05, 0.0, 0.01), vec3(-0.2, 0.1, 0.3));
     let wrench = |a: &Solid, b: &Solid, parts: &Parts<f64>| {
         let mut model = two_bodies(1e-4, 0.3, 1e-4);
-        (model.contact.a.points, model.contact.a.solids, model.contact.b.solids) = (Vec::new(), vec![*a], vec![*b]);
+        (model.contact.a.points, model.contact.a.solids, model.contact.b.solids) =
+            (Vec::new(), vec![a.clone()], vec![b.clone()]);
         let m = Plant::new(model);
         assert_eq!(m.contacts.len(), 1);
         let params = Params {
@@ -182,7 +183,7 @@ fn solids_press_a_plane_with_their_whole_contact() {
     };
     let box_of = Shape::Box { half: vec3(0.1, 0.2, 0.3) };
     // Four vertices 1 mm deep each; turned by 45 degrees about y, two of an edge.
-    assert_close("face", pressed(box_of, 0.0, -0.099).0, 4.0 * 1e4 * 1e-3, 1e-9);
+    assert_close("face", pressed(box_of.clone(), 0.0, -0.099).0, 4.0 * 1e4 * 1e-3, 1e-9);
     let diagonal = 0.1 * 0.5_f64.sqrt() + 0.3 * 0.5_f64.sqrt();
     assert_close("edge", pressed(box_of, 0.5 * quarter, -(diagonal - 1e-3)).0, 2.0 * 1e4 * 1e-3, 1e-9);
     // A rim that lies flat is as stiff as four points, with any number of them, and without a moment.
@@ -196,7 +197,7 @@ fn solids_press_a_plane_with_their_whole_contact() {
     }
     // Lying on its side a capsule touches with both ends, standing with one.
     let capsule = Shape::Capsule { radius: 0.05, length: 0.2, points: 2 };
-    assert_close("lying", pressed(capsule, quarter, -0.049).0, 2.0 * 1e4 * 1e-3, 1e-9);
+    assert_close("lying", pressed(capsule.clone(), quarter, -0.049).0, 2.0 * 1e4 * 1e-3, 1e-9);
     assert_close("standing", pressed(capsule, 0.0, -0.149).0, 1e4 * 1e-3, 1e-9);
     let ring = Shape::Ring { radius: 0.2, tube: 0.03, points: 24 };
     assert_close("ring", pressed(ring, 0.0, -0.029).0, 4.0 * 1e4 * 1e-3, 1e-9);
@@ -216,14 +217,15 @@ fn round_solids_meet_other_solids_once() {
         at.a.position = at.a.position + shift;
         touch_points(&m, &space_pairs(&m, &params), &at, &mut states, true).wrench.force.norm()
     };
-    let (ball, cube) = (Shape::Sphere { radius: 0.1 }, Shape::Box { half: vec3(0.2, 0.2, 0.2) });
+    let ball = || Shape::Sphere { radius: 0.1 };
+    let cube = || Shape::Box { half: vec3(0.2, 0.2, 0.2) };
     // The ball's centre on the diagonal beyond the vertex, 1 mm too near.
     let place = 0.2 + 0.099 / 3.0_f64.sqrt();
     let diagonal = vec3(0.0, -place, -place);
-    assert_close("ball on a vertex", force(ball, cube, -place, diagonal), 10.0, 1e-9);
-    assert_close("vertex on a ball", force(cube, ball, -place, diagonal), 10.0, 1e-9);
-    assert_close("ball on a ball", force(ball, ball, -0.199, Vec3::zero()), 10.0, 1e-9);
-    assert_close("ball on a face", force(ball, cube, -0.299, Vec3::zero()), 10.0, 1e-9);
+    assert_close("ball on a vertex", force(ball(), cube(), -place, diagonal), 10.0, 1e-9);
+    assert_close("vertex on a ball", force(cube(), ball(), -place, diagonal), 10.0, 1e-9);
+    assert_close("ball on a ball", force(ball(), ball(), -0.199, Vec3::zero()), 10.0, 1e-9);
+    assert_close("ball on a face", force(ball(), cube(), -0.299, Vec3::zero()), 10.0, 1e-9);
 }
 
 /// A probe whose head meets a plate of 5 mm: a run in which the head's centre comes through is invalid at any speed.

@@ -35,7 +35,7 @@ fn hollow_shapes_have_exact_distances_and_unit_normals_out_of_the_material() {
     ];
     for (shape, outline) in outlines {
         let mut model = two_bodies(1e-3, 1.0, 1.0);
-        model.contact.b.solids = vec![Solid { frame: at(0.0, 0.0, 0.0), shape }];
+        model.contact.b.solids = vec![Solid { frame: at(0.0, 0.0, 0.0), shape: shape.clone() }];
         let m = Plant::new(model);
         for p in scattered(300) {
             let found = union_distance(&m.solids[1], p);
@@ -73,7 +73,7 @@ fn solid_shapes_have_exact_distances_and_unit_normals_out_of_the_material() {
             let ends = [outline[1], outline[2]];
             let share = (x - ends[0][0]) / (ends[1][0] - ends[0][0]);
             let is_inside = (0.0..=1.0).contains(&share) && r < ends[0][1] + share * (ends[1][1] - ends[0][1]);
-            exact.push((*shape, sampled(outline, x, r), is_inside));
+            exact.push((shape.clone(), sampled(outline, x, r), is_inside));
         }
         let axis = (x - x.clamp(-0.1, 0.1)).hypot(r);
         exact.push((Shape::Capsule { radius: 0.2, length: 0.2, points: 2 }, round(axis, 0.2), axis < 0.2));
@@ -81,7 +81,7 @@ fn solid_shapes_have_exact_distances_and_unit_normals_out_of_the_material() {
         exact.push((Shape::Ring { radius: 0.25, tube: 0.1, points }, round(circle, 0.1), circle < 0.1));
         for (shape, distance, is_inside) in exact {
             let mut model = two_bodies(1e-3, 1.0, 1.0);
-            model.contact.b.solids = vec![Solid { frame: at(0.0, 0.0, 0.0), shape }];
+            model.contact.b.solids = vec![Solid { frame: at(0.0, 0.0, 0.0), shape: shape.clone() }];
             let m = Plant::new(model);
             let found = union_distance(&m.solids[1], p);
             assert!((found.distance.abs() - distance).abs() < 1e-4, "{shape:?} at {p:?}: {found:?}, {distance}");

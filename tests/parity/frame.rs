@@ -1,7 +1,7 @@
 //! Depths one and two: every function of the hand-written frame, and one whole tick, from recorded states.
 
 use super::rounding::F32;
-use super::samples::{CASES, Case, OBSERVED, PREDICTED, SAMPLES, Snapshot, Stream};
+use super::samples::{CASES, Case, MESHED, OBSERVED, PREDICTED, SAMPLES, Snapshot, Stream};
 use super::stages::{SLACK, scales};
 use super::table::Row;
 use super::{POISON, WORKGROUP, adapters, words, written};
@@ -182,6 +182,8 @@ const WHOLE: &str = "probe_drogue";
 /// Robots with joints, and what is run on them.
 const JOINTS: &str = "smoke_joint";
 const ON_JOINTS: [&str; 5] = ["take_command", "move_robots", "push_robots", "place_robots", "slice"];
+/// What is run on meshes: the loops over their shells.
+const ON_MESHES: [&str; 3] = ["touch_space", "touch_facility", "reset_contacts"];
 /// What those that have a compensator are run for besides.
 const COMPENSATING: [&str; 5] = ["tick_facility", "receive_wrench", "compensated_wrench", "reset", "slice"];
 /// What the short check runs on a case: the functions that call all others, and two that have compensators.
@@ -191,6 +193,7 @@ fn short(case: &str) -> &'static [&'static str] {
         JOINTS => &["slice"],
         PREDICTED => &["compensated_wrench"],
         OBSERVED => &["tick_facility"],
+        MESHED => &ON_MESHES,
         _ => &[],
     }
 }
@@ -271,6 +274,9 @@ fn module(kernel: &Kernel, row: &Row<Call>) -> String {
         let used = format!("{enter}        outcomes[0] = lines[0].x + inputs[0].x + states[0].x;\n");
         text = text.replace(&enter, &used);
     }
+    if !kernel.tables.is_empty() {
+        text = text.replace("outcomes[0] = lines[0].x", "outcomes[0] = tables[0] + lines[0].x");
+    }
     let mut results = String::new();
     let mut index = 0;
     let returned = if ENTRIES.contains(&row.name) { &[] } else { row.twin.results };
@@ -303,6 +309,9 @@ fn try_function(@builtin(global_invocation_id) id: vec3u) {{
 }}\n",
         row.twin.text
     );
+    if !kernel.tables.is_empty() {
+        text = text.replace("        outcomes[0] = lines[0].x;", "        outcomes[0] = lines[0].x + tables[0];");
+    }
     text
 }
 
@@ -326,14 +335,18 @@ fn buffers(case: &Case, kernel: &Kernel, row: &Row<Call>, sends: &[bool]) -> Vec
     let places = line_places(line_slots(&case.plant));
     let mut lines = vectors(kernel.lines, &|s, index| s.lane.lines[index], &mut places.iter().copied());
     poison(case, row, sends, &mut lines);
-    vec![
+    let mut buffers = vec![
         vec![SAMPLES as u32, 1, low, high],
         controls.collect(),
         inputs,
         states,
         lines,
         vec![POISON; kernel.outcome * SAMPLES],
-    ]
+    ];
+    if !kernel.tables.is_empty() {
+        buffers.push(words(kernel.tables.iter().map(|number| f64::from(*number))));
+    }
+    buffers
 }
 
 /// Poisons the slots that a function writes (a loop that has ended sends nothing).
@@ -468,6 +481,7 @@ fn frame_functions_and_a_tick_match_their_rust_twins() {
                 WHOLE => row.name == "slice",
                 JOINTS => ON_JOINTS.contains(&row.name),
                 PREDICTED | OBSERVED => COMPENSATING.contains(&row.name),
+                MESHED => ON_MESHES.contains(&row.name),
                 _ => false,
             };
             for case in CASES.iter().filter(runs_on) {

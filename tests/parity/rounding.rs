@@ -4,6 +4,7 @@
 //! of Numerical Algorithms, 2nd ed., 3.3, gives the running error analysis that it follows). Where a comparison or a
 //! floor is too close to call, both outcomes are joined, so that no sample has to be left out.
 
+use softdock_kernels::contact::mesh::Table;
 use softdock_kernels::real::Real;
 use softdock_tracer::trace::{Graph, Op};
 
@@ -78,11 +79,21 @@ pub(crate) fn evaluate(graph: &Graph, inputs: &[f64]) -> Vec<Value> {
                 let (taken, left) = if v(mask).value > 0.5 { (v(then), v(other)) } else { (v(other), v(then)) };
                 if v(mask).certain() { taken } else { either(taken, left) }
             }
+            Op::LookUp { table, index, step } => looked_up(&graph.tables[table as usize], v(index), step as usize),
             op => arithmetic(op, v),
         };
         values.push(result);
     }
     graph.results.iter().map(|node| values[*node as usize]).collect()
+}
+
+/// A number of a table; where the index is too close to call, any that it may reach.
+fn looked_up(table: &Table, index: Value, step: usize) -> Value {
+    let value = table.at(index.value, step);
+    // An index is a whole number, whatever the enclosure of its sum.
+    let [low, high] = [index.low, index.high].map(|end| end.max(0.0).round() as usize);
+    let reached = (low..=high.min(table.values.len())).map(|index| table.at(index as f64, step));
+    reached.fold(Value::exact(value), |all, one| Value { low: all.low.min(one), high: all.high.max(one), ..all })
 }
 
 /// A literal, as it is printed.

@@ -1,7 +1,10 @@
 //! Realistic inputs: runs of several scenarios recorded on their way, in contact and out of it, rounded to f32.
 
+use crate::oracles::meshes::{block_with_cone, sphere};
 use softdock_kernels::compensator::Compensation;
 use softdock_kernels::contact::PointContact;
+use softdock_kernels::contact::mesh::ShellPoint;
+use softdock_kernels::contact::shell::{Relative, ShellTouch, no_shell_touch, relative, shell_point, touch_shell};
 use softdock_kernels::contact::{LatchState, Point, PointState, contact_point, hil_pair, latch, space_pair};
 use softdock_kernels::effects::EFFECTS;
 use softdock_kernels::fields::{Bundle, Field, fields, from_slice, to_vec};
@@ -20,17 +23,18 @@ use softdock_kernels::model::{
 use softdock_kernels::monitor::{Touch, Watch, gather, no_touch, total_wrench};
 use softdock_kernels::params::Params;
 use softdock_kernels::philox::{key, uniform};
-use softdock_kernels::plant::{Plant, PointOfPair};
+use softdock_kernels::plant::{Plant, PointOfPair, ShellOfPair};
 use softdock_kernels::robot::{Robots, command, extrapolate, mounted_parts};
 use softdock_kernels::sensor::Sensor;
 use softdock_kernels::session::{Asked, Clearance, Session, axes_asked};
 use softdock_kernels::space::{Bodies, Kinematics, Parts, Wrench, hil_masses, kinematics, space_masses};
 use softdock_kernels::test_motion::{Tracking, followed};
 use softdock_kernels::vector::{Pose, Quat, Vec3, vec3};
+use softdock_mesh::{Options, Triangles, prepare};
 use softdock_test_size::is_full;
 use softdock_tracer::wgsl::Function;
 use std::path::Path;
-use std::sync::LazyLock;
+use std::sync::{Arc, LazyLock};
 
 /// Seed of everything that is drawn here.
 const SEED: u64 = 0x5EED_0FDA;
@@ -94,6 +98,7 @@ pub(crate) static CASES: LazyLock<Vec<Case>> = LazyLock::new(|| {
         }),
         case(PREDICTED, "smoke.toml", |m| compensated(m, CompensatorKind::Smith), tuned),
         case(OBSERVED, "smoke.toml", observed, tuned),
+        case(MESHED, "smoke.toml", meshed, |_| {}),
     ];
     if is_full() {
         cases.extend([
@@ -108,6 +113,24 @@ pub(crate) static CASES: LazyLock<Vec<Case>> = LazyLock::new(|| {
 /// Short dockings with a compensator that uses past samples, and with one that has internal state.
 pub(crate) const PREDICTED: &str = "smoke, Smith predictor";
 pub(crate) const OBSERVED: &str = "smoke, switched lead and passivity";
+/// A short docking of meshes.
+pub(crate) const MESHED: &str = "smoke, meshes";
+
+/// A ball of triangles on the probe, and the drogue as a mesh: points and shells against grids, shells of both parts.
+fn meshed(model: &mut Model) {
+    let solid = |triangles: &Triangles, points: usize, margin: f64, position: Vec3<f64>| {
+        let solid = softdock_mesh::Solid::check(triangles).expect("a closed surface");
+        let options = Options { resolution: Some(3e-3), margin, points, patch: 4e-4 };
+        let mesh = prepare(&solid, &options).expect("a grid");
+        let attitude = Quat::from_rotation_vector(vec3(0.2, -0.1, 0.05));
+        Solid { frame: Pose { position, attitude }, shape: Shape::Mesh(Arc::new(mesh)) }
+    };
+    let mut drogue = block_with_cone([0.08, 0.03, 0.08], 0.1, 24);
+    drogue.vertices.iter_mut().for_each(|vertex| vertex.x += 0.001);
+    model.contact.a.solids = vec![solid(&sphere(0.024, 24), 80, 0.0, vec3(-0.001, 0.0, 0.0))];
+    model.contact.b.solids = vec![solid(&drogue, 150, 0.025, Vec3::zero())];
+    model.contact.b.solids[0].frame.attitude = Quat::from_rotation_vector(vec3(0.3, 0.0, 0.0));
+}
 
 fn compensated(model: &mut Model, kind: CompensatorKind) {
     model.facility.compensator = Compensator { kind, pulls: false };
@@ -369,8 +392,33 @@ struct Scene<const N: usize> {
     mounted: Parts<f64>,
     states: Vec<PointState<f64>>,
     contacts: Vec<PointContact<f64>>,
+    shells: Vec<SampledShell>,
     touch: Touch<f64>,
     latch: LatchState<f64>,
+}
+
+/// A shell on its way: relative motion, its deepest points first, and what all of them do.
+struct SampledShell {
+    relative: Relative<f64>,
+    points: Vec<ShellPoint<f64>>,
+    touch: ShellTouch<f64>,
+}
+
+fn sampled_shell(
+    plant: &Plant,
+    shell: &ShellOfPair,
+    pair: &Pair<f64>,
+    parts: &Parts<f64>,
+    before: f64,
+) -> SampledShell {
+    let (of, relative) = (&plant.pairs[shell.pair], relative(plant, shell, parts));
+    let with =
+        |sum: ShellTouch<f64>, point: &ShellPoint<f64>| shell_point(plant, of, pair, &relative, point, before, &sum);
+    let mut points = shell.points.clone();
+    let depth = |point: &ShellPoint<f64>| with(no_shell_touch(), point).depth;
+    points.sort_by(|one, two| depth(two).total_cmp(&depth(one)));
+    let touch = points.iter().fold(no_shell_touch(), with);
+    SampledShell { relative, points, touch }
 }
 
 fn point_of(contact: &PointOfPair) -> Point<f64> {
@@ -405,6 +453,14 @@ fn scene<const N: usize>(plant: &Plant, shot: &Snapshot, facility: bool) -> Scen
             contact_point(plant, of, &pair, &mounted, point, *state)
         })
         .collect();
+    let of_shells = plant.shells.iter().zip(&states[plant.contacts.len()..]).map(|(shell, state)| {
+        let of = &plant.pairs[shell.pair];
+        let pair = if facility { hil_pair(of, &shot.params) } else { space_pair(of, &shot.params) };
+        let sampled = sampled_shell(plant, shell, &pair, &mounted, state.approach);
+        (sampled, touch_shell(plant, shell, &pair, &mounted, state))
+    });
+    let (shells, touches): (Vec<_>, Vec<_>) = of_shells.unzip();
+    let contacts: Vec<_> = contacts.into_iter().chain(touches).collect();
     Scene {
         facility,
         bodies: bodies_now,
@@ -418,6 +474,7 @@ fn scene<const N: usize>(plant: &Plant, shot: &Snapshot, facility: bool) -> Scen
         touch: contacts.iter().fold(no_touch(), |sum, c| gather(&sum, c)),
         latch: latch(plant, &shot.params, &mounted, watch_now.closed),
         contacts,
+        shells,
     }
 }
 
@@ -489,6 +546,14 @@ fn bundle<const N: usize>(
         "PointContact" => flat(&s.contacts[index % s.contacts.len()]),
         "PointState" => flat(&s.states[index % s.states.len()]),
         "Point" => flat(&point_of(&plant.contacts[index % plant.contacts.len()])),
+        "Relative" => flat(&s.shells[index % s.shells.len()].relative),
+        "ShellTouch" => flat(&s.shells[index % s.shells.len()].touch),
+        "ShellPoint" => {
+            // Every other sample one of the deepest.
+            let points = &s.shells[index % s.shells.len()].points;
+            let among = if index / 2 % 2 == 0 { points.len().min(6) } else { points.len() };
+            flat(&points[(draws.uniform() * among as f64) as usize])
+        }
         "Actuation" => {
             let masses = if s.facility { hil_masses(&p) } else { space_masses(&p) };
             let Bodies { arm, drives, chaser, .. } = s.bodies;
@@ -534,6 +599,7 @@ fn scalar<const N: usize>(plant: &Plant, shot: &Snapshot, s: &Scene<N>, name: &s
     let u = draws.uniform();
     match name {
         "closed" => s.watch.closed,
+        "before" => 0.1 * u,
         "time" => f64::from(shot.tick) * plant.timing.tick() + u * 1e-3,
         "periods" => 1.0 - 130.0 * u,
         "lost_before" => (u * 6.0).floor(),

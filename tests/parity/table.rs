@@ -5,6 +5,8 @@ use super::frame::{FRAME_ROWS, WRITTEN_OUT};
 use super::integers::INTEGER_ROWS;
 use super::samples::CASES;
 use softdock_kernels::compensator::{self, Compensation};
+use softdock_kernels::contact::mesh::ShellPoint;
+use softdock_kernels::contact::shell::{self, Relative, ShellTouch};
 use softdock_kernels::contact::{self, LatchState, Point, PointContact, PointState};
 use softdock_kernels::fields::{Bundle, from_slice, to_vec};
 use softdock_kernels::fixture;
@@ -75,6 +77,7 @@ pub(crate) fn stage_rows<const N: usize>() -> Vec<Row<Twin>> {
     let mut rows = body_rows::<N>();
     rows.extend(contact_rows());
     rows.extend(law_rows().into_iter().flatten());
+    rows.extend(shell_rows().into_iter().flatten());
     rows.extend(facility_rows());
     rows.extend(joint_rows());
     rows.extend(monitor_rows::<N>());
@@ -130,6 +133,29 @@ fn contact_rows() -> Vec<Row<Twin>> {
         gather(sum: Touch<f64>, c: PointContact<f64>) => monitor::gather(&sum, &c), 2.0, "one sum";
         total_wrench(touch: Touch<f64>, latch: LatchState<f64>) => monitor::total_wrench(&touch, &latch), 2.0, "one sum";
     }
+}
+
+/// Rows of the shells of meshes, whose functions each shell has for itself; the last are those of all.
+macro_rules! shells {
+    ($($shell:literal => $relative:ident, $point:ident, $contact:ident;)*) => {
+        vec![$(stages! { m;
+            $relative(parts: Parts<f64>) => shell::relative(m, &m.shells[$shell], &parts), 200.0, "a difference of positions hundreds of times larger";
+            $point(pair: Pair<f64>, relative: Relative<f64>, point: ShellPoint<f64>, before: f64, sum: ShellTouch<f64>)
+                => shell::shell_point(m, &m.pairs[m.shells[$shell].pair], &pair, &relative, &point, before, &sum), 400.0, "a depth between nodes whose distances are a hundred times larger";
+            $contact(pair: Pair<f64>, parts: Parts<f64>, relative: Relative<f64>, sum: ShellTouch<f64>, state: PointState<f64>)
+                => shell::shell_contact(m, &m.pairs[m.shells[$shell].pair], &pair, &parts, &relative, &sum, &state), 200.0, "quotients of sums";
+        }),*]
+    };
+}
+
+/// The rows of each shell, then of all.
+fn shell_rows() -> Vec<Vec<Row<Twin>>> {
+    let mut rows = shells! {
+        0 => relative, shell_point, shell_contact;
+        1 => relative_1, shell_point_1, shell_contact_1;
+    };
+    rows.push(stages! { _m; no_shell_touch() => shell::no_shell_touch::<f64>(), 0.0, COPIED; });
+    rows
 }
 
 fn facility_rows() -> Vec<Row<Twin>> {
@@ -237,6 +263,10 @@ fn every_kernel_function_has_a_row_and_every_row_a_function() {
             kernel(&case.plant, case.batch).functions.into_iter().map(|function| function.name).collect();
         let mut stages = if case.plant.cells.is_some() { all.clone() } else { &all - &of_joints };
         let others = law_rows().into_iter().skip(case.plant.pairs.len()).flatten();
+        others.for_each(|row| assert!(stages.remove(row.name), "{}", row.name));
+        let (mut shells, count) = (shell_rows(), case.plant.shells.len());
+        let of_all = shells.pop().filter(|_| count == 0);
+        let others = shells.into_iter().skip(count).chain(of_all).flatten();
         others.for_each(|row| assert!(stages.remove(row.name), "{}", row.name));
         assert_eq!(traced.len(), stages.len(), "a stage twice");
         assert_eq!(stages, traced.into_iter().collect(), "stages of {} against the table", case.name);

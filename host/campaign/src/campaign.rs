@@ -233,6 +233,7 @@ impl Campaign {
         let (scenario, derived) = (variant.scenario.clone(), variant.derived.clone());
         let key_ends = variant.key_ends.clone();
         let text = format!("{} {} {}", self.hash, variant.name, scenario.robot_text().unwrap_or(""));
+        let text = scenario.mesh_hashes().into_iter().fold(text, |text, hash| text + " " + &hash);
         Self {
             id: self.id_of(variant),
             title: format!("{}: {}", self.title, variant.title),

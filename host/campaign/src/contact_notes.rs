@@ -17,7 +17,8 @@ pub fn contact_lines(model: &Model) -> Vec<String> {
     let mass = effective_mass(model, model.nominal.base_mass, model.nominal.target_mass);
     let of_pair = |(index, of): (usize, &ContactPair)| {
         let pair: Pair<f64> = space_pair(of, &model.nominal);
-        let points = plant.contacts.iter().filter(|contact| contact.pair == index).count();
+        let of_shells = plant.shells.iter().filter(|shell| shell.pair == index).map(|shell| shell.points.len());
+        let points = plant.contacts.iter().filter(|contact| contact.pair == index).count() + of_shells.sum::<usize>();
         let row = model.contact.pairs.iter().position(|row| Some(row.properties) == of.properties && row.law == of.law);
         let table = row.map_or("[contact]".to_owned(), |row| format!("[[contact.pair]] {}", row + 1));
         let mut lines = vec![format!(

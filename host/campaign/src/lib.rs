@@ -24,6 +24,7 @@ mod inertia;
 pub mod inverse_kinematics;
 mod load;
 pub mod manifest;
+mod mesh;
 pub mod metric;
 mod mobility;
 mod mount;

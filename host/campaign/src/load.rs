@@ -79,7 +79,8 @@ impl Campaign {
         Problems::check(std::mem::take(&mut c.problems))?;
         for variant in &alone {
             variant.check_steps(&c.source)?;
-            let files = variant.scenario.sources().map(|source| source.path().to_owned());
+            let sources = variant.scenario.sources().map(Source::path);
+            let files = sources.chain(variant.scenario.mesh_files()).map(Path::to_owned);
             let new: Vec<PathBuf> = files.filter(|file| !self.files.contains(file)).collect();
             self.files.extend(new);
         }
@@ -166,7 +167,9 @@ fn check(c: &mut Checker, file: &CampaignFile, scenario: Scenario) -> Campaign {
         files: std::iter::once(&c.source)
             .chain(scenario.sources())
             .chain(&tables)
-            .map(|s| s.path().to_owned())
+            .map(Source::path)
+            .chain(scenario.mesh_files())
+            .map(Path::to_owned)
             .collect(),
         scenario,
         model: None,
@@ -323,5 +326,6 @@ fn hash(campaign: &Source, scenario: &Scenario, tables: &[Source]) -> String {
     for table in tables {
         add("table", table.text());
     }
+    scenario.mesh_hashes().iter().for_each(|hash| add("mesh", hash));
     hasher.finalize().to_hex().to_string()
 }

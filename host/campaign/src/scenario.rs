@@ -11,6 +11,7 @@ mod joint_level;
 
 use crate::check::{Checker, take_parameters};
 use crate::identified::{IdentifiedEffect, identified_effects};
+use crate::mesh::{self, MeshFile};
 use crate::overlap;
 use crate::placement::{base_from_tool, end_frame};
 use crate::problem::{Problem, Problems};
@@ -56,6 +57,8 @@ pub struct Scenario {
     urdf: Option<Source>,
     /// The robots' model, at the joint level.
     robot: Option<Source>,
+    /// The files of the meshes.
+    meshes: Vec<MeshFile>,
     /// The facility whose rules end and stop a session; none: no rule does.
     pub station: Option<Station>,
 }
@@ -81,6 +84,21 @@ impl Scenario {
         self.robot.as_ref().map(Source::text)
     }
 
+    /// Hashes of the meshes' files, in their order; empty without meshes.
+    pub fn mesh_hashes(&self) -> Vec<String> {
+        self.meshes.iter().map(MeshFile::hash).collect()
+    }
+
+    /// Lines of `check` about the meshes: size, grid, accuracy, mass.
+    pub fn mesh_lines(&self) -> Vec<String> {
+        mesh::lines(&self.meshes, &self.model)
+    }
+
+    /// The files of the meshes.
+    pub(crate) fn mesh_files(&self) -> impl Iterator<Item = &Path> {
+        self.meshes.iter().map(MeshFile::path)
+    }
+
     /// The scenario file.
     pub fn file(&self) -> &Path {
         self.source().path()
@@ -89,7 +107,7 @@ impl Scenario {
     /// The file's text with every file that it names beside it: the text, and name and text of the others.
     pub fn gathered(&self) -> (String, Vec<(String, String)>) {
         let mut text = self.text().to_owned();
-        let mut beside = Vec::new();
+        let (mut beside, mut meshes) = (Vec::new(), Vec::new());
         let [station, _] = self.station_sources();
         let named = [
             ("arm.urdf", self.urdf.as_ref()),
@@ -102,11 +120,21 @@ impl Scenario {
             text = text.replacen(&written, &format!("\"{name}\""), 1);
             beside.push((name, file.text().to_owned()));
         }
+        for mesh in &self.meshes {
+            let name = mesh.path().file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+            let (written, own) = (self.text()[self.source.span_of(&mesh.file_key())].to_owned(), mesh.text());
+            // Two files of one name from two folders.
+            let is_taken = meshes.iter().any(|(known, text)| *known == name && *text != own);
+            let name = if is_taken { format!("{}_{name}", meshes.len() + 1) } else { name };
+            text = text.replace(&written, &format!("\"{name}\""));
+            meshes.push((name, own));
+        }
         if let (Some(own), Some(station)) = (beside.last_mut(), &self.station) {
             let (text, model) = station.gathered();
             own.1 = text;
             beside.push(model);
         }
+        beside.extend(meshes);
         (text, beside)
     }
 
@@ -156,7 +184,7 @@ impl Scenario {
         c.problems.extend(read::check_format(&c.source, &file.schema, FORMAT));
         let id = c.name(&file.id);
         let bodies = bodies::read(&mut c, &file);
-        let (model, robot, station) = compile(&mut c, &file, &bodies, station);
+        let Compiled { model, robot, station, meshes } = compile(&mut c, &file, &bodies, station);
         Problems::check(std::mem::take(&mut c.problems))?;
 
         let mut scenario = Self {
@@ -168,6 +196,7 @@ impl Scenario {
             source: c.source.clone(),
             urdf: bodies.urdf,
             robot,
+            meshes,
             station,
         };
         contact::complete(&mut c, &file.contact.value, &file.start, &mut scenario.model);
@@ -219,18 +248,23 @@ impl Scenario {
     }
 }
 
-/// The model, with harmless values where there are problems; the robots' model file and the facility, if it names them.
-fn compile(
-    c: &mut Checker,
-    file: &ScenarioFile,
-    bodies: &Bodies,
-    known: Option<&Station>,
-) -> (Model, Option<Source>, Option<Station>) {
+/// A model with what it was made of.
+struct Compiled {
+    model: Model,
+    /// The robots' model file, if the scenario names it.
+    robot: Option<Source>,
+    /// The facility, if the scenario names it.
+    station: Option<Station>,
+    meshes: Vec<MeshFile>,
+}
+
+/// The model, with harmless values where there are problems.
+fn compile(c: &mut Checker, file: &ScenarioFile, bodies: &Bodies, known: Option<&Station>) -> Compiled {
     let timing = timing(c, &file.timing);
     let mut nominal = Params::null();
     start(c, &file.start, &mut nominal);
     bodies.masses(&mut nominal);
-    let contact = contact::read(c, file, &mut nominal);
+    let (contact, meshes) = contact::read(c, file, &mut nominal);
     let station = known.cloned().or_else(|| facility::station(c, &file.facility));
     let (facility, robot) = facility::read(c, &file.facility, station.as_ref(), &timing, &mut nominal);
     let guidance = Guidance {
@@ -267,7 +301,7 @@ fn compile(
         task: task(c, &file.task, file.latch.is_some(), station.as_ref()),
         nominal,
     };
-    (model, robot, station)
+    Compiled { model, robot, station, meshes }
 }
 
 /// The base either as stated or from the gap between the parts.

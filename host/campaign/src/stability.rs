@@ -4,15 +4,18 @@
 
 use crate::mobility::{Chaser, greatest, target_about_com, target_at_point};
 use nalgebra::{DMatrix, DVector, Matrix3};
+use softdock_kernels::contact::mesh::ShellPoint;
 use softdock_kernels::contact::{REFERENCE_DEPTH, common_pair};
 use softdock_kernels::material::{NormalLaw, Pair};
-use softdock_kernels::model::{ArmControl, CompensatorKind, MaterialPair, Model, Side, Thrust};
+use softdock_kernels::model::{ArmControl, CompensatorKind, MaterialPair, Model, Shape, Side, Thrust};
 use softdock_kernels::params::Params;
 use softdock_kernels::plant::{PointSource, part_points};
-use softdock_kernels::vector::Vec3;
+use softdock_kernels::vector::{Vec3, vec3};
 
 /// Greatest angle per step, w dt.
 const ANGLE: f64 = 0.5;
+/// Share of the stiffness, all in one place, for which the angle leaves room with a factor of two to spare.
+const CROWD: f64 = 4.0;
 /// Greatest decay per step of a damper that acts with every substep, b dt / m.
 const DECAY: f64 = 1.0;
 /// Greatest decay per tick of a controller that is held over a tick, k_d T / I.
@@ -130,14 +133,46 @@ fn greatest_mobility(
 ) -> f64 {
     let of = |side: Side| {
         let points = part_points(m.contact.part(side)).into_iter();
+        let shells = shells(m, side).filter(|(source, _)| belongs(side, *source));
         points
             .filter(|(source, _)| belongs(side, *source))
             .map(|(_, feature)| feature.point.position)
+            .chain(shells.flat_map(|(_, shell)| shell.into_iter().map(|point| point.position)))
             .collect::<Vec<_>>()
     };
     // Part B's frame is the contact frame at the start.
     let levers = of(Side::A).into_iter().map(|point| chaser.axes.times(point)).chain(of(Side::B));
     levers.map(|lever| pair_mobility(m, low, chaser, lever)).fold(0.0, f64::max)
+}
+
+/// The shells of a part, in its frame.
+fn shells(m: &Model, side: Side) -> impl Iterator<Item = (PointSource, Vec<ShellPoint<f64>>)> {
+    let solids = m.contact.part(side).solids.iter().enumerate();
+    solids.filter_map(|(index, solid)| {
+        let Shape::Mesh(mesh) = &solid.shape else { return None };
+        let placed = |point: &ShellPoint<f64>| ShellPoint {
+            position: solid.frame.position + solid.frame.attitude.rotate(point.position),
+            normal: solid.frame.attitude.rotate(point.normal),
+            ..*point
+        };
+        Some((PointSource::Solid(index), mesh.shell.iter().map(placed).collect()))
+    })
+}
+
+/// Greatest share of the stiffness that a shell has in contact: of the points that face a direction; at least 1.
+pub(crate) fn crowd(m: &Model, belongs: impl Fn(Side, PointSource) -> bool) -> f64 {
+    let facing = |shell: &[ShellPoint<f64>], direction: Vec3<f64>| -> f64 {
+        shell.iter().map(|point| point.share * point.normal.dot(direction).max(0.0)).sum()
+    };
+    let axes = [vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0), vec3(0.0, 0.0, 1.0)];
+    let of = |side: Side| {
+        let shells = shells(m, side).filter(|(source, _)| belongs(side, *source));
+        let most = |shell: Vec<ShellPoint<f64>>| {
+            axes.iter().map(|axis| facing(&shell, *axis).max(facing(&shell, -*axis))).fold(0.0, f64::max)
+        };
+        shells.map(|(_, shell)| most(shell)).fold(0.0, f64::max)
+    };
+    Side::BOTH.into_iter().map(of).fold(1.0, f64::max)
 }
 
 /// The contact pairs, their bristles, and the latch.
@@ -170,13 +205,17 @@ fn pair_springs(
 ) -> Vec<Spring> {
     let (low, high, pair) = (&extremes.least, &extremes.greatest, &row.properties);
     let mobility = greatest_mobility(m, low, chaser, |side, source| row.has(side, source));
+    let crowd = crowd(m, |side, source| row.has(side, source));
     let [slope, damping] = mounted_slope_and_damping(m, high, row.law, pair);
+    // The limit of the angle leaves room for sixteen points, that of the decay for two.
+    let (stiff, damped) = ((crowd / CROWD).max(1.0), crowd);
+    let (slope, damping) = (slope * stiff, damping * damped);
     let damping_key = if row.law.is_viscous() { "damping" } else { "dissipation" };
     let springs = [
         ("contact pair", "stiffness", slope, 0.0),
         ("contact pair", damping_key, 0.0, damping),
-        ("contact bristle", "bristle_stiffness", pair.bristle_stiffness, 0.0),
-        ("contact bristle", "bristle_damping", 0.0, pair.bristle_damping),
+        ("contact bristle", "bristle_stiffness", pair.bristle_stiffness * stiff, 0.0),
+        ("contact bristle", "bristle_damping", 0.0, pair.bristle_damping * damped),
     ];
     let count = if pair.friction > 0.0 { 4 } else { 2 };
     let spring = |((what, key, stiffness, damping), parameter): ((&str, &str, f64, f64), _)| Spring {

@@ -174,6 +174,8 @@ const KINDS: &[(&str, &str, &str)] = &[
     ("1", "a pure number", "0.5 or \"50 %\""),
     ("kg", "a mass", "kg, g, t"),
     ("m", "a length", "m, mm, cm"),
+    ("m^2", "an area", "mm^2, cm^2, m^2"),
+    ("kg/m^3", "a density", "kg/m^3, g/cm^3"),
     ("s", "a time", "s, ms, us, ns, min"),
     ("rad", "an angle", "deg, rad, mrad"),
     ("N", "a force", "N, kN, mN"),

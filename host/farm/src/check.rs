@@ -38,6 +38,11 @@ pub fn check_text(campaign: &Campaign, draws: u64) -> Result<String> {
         text += "\narm\n";
         arm.iter().for_each(|line| text += &format!("  {line}\n"));
     }
+    let meshes = campaign.scenario.mesh_lines();
+    if !meshes.is_empty() {
+        text += "\nmeshes\n";
+    }
+    meshes.iter().for_each(|line| text += &format!("  {line}\n"));
     text += &robots(&campaign.scenario.model);
     text += &judged(&campaign.scenario.model);
     text += "\nrequirements\n";
@@ -162,6 +167,7 @@ pub fn check_json(campaign: &Campaign, draws: u64) -> Result<Value> {
         "own_delay_s": campaign.scenario.model.timing.own_delay(),
         "contact": contact_lines(&campaign.scenario.model),
         "arm": arm_lines(&campaign.scenario),
+        "meshes": campaign.scenario.mesh_lines(),
         "requirements": campaign.requirements.iter().map(requirement).collect::<Vec<_>>(),
         "agreement_requirements": campaign.agreement.iter().map(rate).collect::<Vec<_>>(),
         "metrics": campaign.metrics.iter().map(|m| json!({ "name": m.name, "unit": m.unit, "text": m.text, "expr": m.formula })).collect::<Vec<_>>(),

@@ -1,5 +1,6 @@
-//! Exact signed distances of a part's solids and of their union, with the direction out of the material.
+//! Signed distances of a part's solids, exact but for meshes, and of their union, with the direction out of the material.
 
+use crate::contact::mesh::Grid;
 use crate::contact::profile::{Profile, Surface};
 use crate::model::ENDLESS;
 use crate::plant::PreparedSolid;
@@ -26,11 +27,17 @@ struct Local<R> {
 /// Distance of a point to the union of a part's solids, in the part's frame.
 #[inline(always)]
 pub fn union_distance<R: Real>(solids: &[PreparedSolid], point: Vec3<R>) -> Distance<R> {
+    nearest_solid::<R, true>(solids, point)
+}
+
+/// [`union_distance`]; without `MESHES` none of the solids may be one.
+#[inline(always)]
+pub(crate) fn nearest_solid<R: Real, const MESHES: bool>(solids: &[PreparedSolid], point: Vec3<R>) -> Distance<R> {
     let normal = vec3(R::lit(-1.0), R::lit(0.0), R::lit(0.0));
     let far = Distance { distance: R::lit(1.0e3), normal, half_thickness: R::lit(ENDLESS) };
     let mut best = far;
     for solid in solids {
-        let other = solid_distance(solid, point);
+        let other = distance_to::<R, MESHES>(solid, point);
         let nearer = other.distance.lt(best.distance);
         best = Distance {
             distance: R::select(nearer, other.distance, best.distance),
@@ -44,6 +51,11 @@ pub fn union_distance<R: Real>(solids: &[PreparedSolid], point: Vec3<R>) -> Dist
 /// Distance of a point to a solid, in the frame of its part.
 #[inline(always)]
 pub fn solid_distance<R: Real>(solid: &PreparedSolid, point: Vec3<R>) -> Distance<R> {
+    distance_to::<R, true>(solid, point)
+}
+
+#[inline(always)]
+fn distance_to<R: Real, const MESHES: bool>(solid: &PreparedSolid, point: Vec3<R>) -> Distance<R> {
     let local = solid.to_local(point);
     let d = match &solid.surface {
         Surface::HalfSpace => half_space(local),
@@ -52,6 +64,8 @@ pub fn solid_distance<R: Real>(solid: &PreparedSolid, point: Vec3<R>) -> Distanc
         Surface::Capsule { half, radius } => capsule(*half, *radius, local),
         Surface::Ring { radius, tube } => ring(*radius, *tube, local),
         Surface::Revolved(profile) => revolved(profile, local),
+        Surface::Mesh(grid) if MESHES => mesh(grid, local),
+        Surface::Mesh(_) => unreachable!("a law with a mesh has a function of its own"),
     };
     let half_thickness = R::lit(solid.solid.shape.half_thickness());
     Distance { distance: d.distance, normal: solid.to_part(d.normal), half_thickness }
@@ -61,6 +75,13 @@ pub fn solid_distance<R: Real>(solid: &PreparedSolid, point: Vec3<R>) -> Distanc
 #[inline(always)]
 fn half_space<R: Real>(p: Vec3<R>) -> Local<R> {
     Local { distance: -p.x, normal: vec3(R::lit(-1.0), R::lit(0.0), R::lit(0.0)) }
+}
+
+/// A mesh, interpolated in its grid.
+#[inline(always)]
+fn mesh<R: Real>(grid: &Grid, p: Vec3<R>) -> Local<R> {
+    let read = grid.read(p);
+    Local { distance: read.distance, normal: read.normal }
 }
 
 /// A body of revolution about x.

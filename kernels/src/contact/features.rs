@@ -18,11 +18,11 @@ pub struct Feature {
 
 /// Returns the contact points of a shape: the centre of a sphere, the axis of a capsule and of a ring's tube, the vertices
 /// of a box, the rims of a cylinder and of a frustum, the edge of a bore. A plane and a hollow cone have none: other parts
-/// touch them.
+/// touch them. Those of a mesh are its shell.
 pub fn features(shape: &Shape) -> Vec<Feature> {
     let single = |position, radius| Feature { point: ContactPoint { position, radius }, share: 1.0 };
     match *shape {
-        Shape::Plane | Shape::Cone { .. } => Vec::new(),
+        Shape::Plane | Shape::Cone { .. } | Shape::Mesh(_) => Vec::new(),
         Shape::Bore { radius, chamfer, points, .. } => circle(chamfer, radius, 0.0, points).collect(),
         Shape::Sphere { radius } => vec![single(Vec3::zero(), radius)],
         Shape::Capsule { radius, length, points } => {

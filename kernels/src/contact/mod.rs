@@ -7,13 +7,16 @@
 pub mod distance;
 pub mod features;
 mod law;
+pub mod mesh;
 pub mod overlap;
 pub mod profile;
+pub mod shell;
 
 pub use law::REFERENCE_DEPTH;
+pub use shell::touch_shell;
 
 use crate::bundle;
-use crate::contact::distance::union_distance;
+use crate::contact::distance::nearest_solid;
 use crate::contact::law::Law;
 use crate::fields::literal;
 use crate::material::Pair;
@@ -134,6 +137,36 @@ pub fn contact_point<R: Real>(
     point: Point<R>,
     state: PointState<R>,
 ) -> PointContact<R> {
+    match of.has_mesh {
+        true => point_on_solids::<R, true>(m, of, pair, parts, point, state),
+        false => point_on_solids::<R, false>(m, of, pair, parts, point, state),
+    }
+}
+
+/// [`contact_point`] against solids of which none is a mesh.
+#[inline(always)]
+pub fn point_on_exact<R: Real>(
+    m: &Plant,
+    of: &ContactPair,
+    pair: &Pair<R>,
+    parts: &Parts<R>,
+    point: Point<R>,
+    state: PointState<R>,
+) -> PointContact<R> {
+    point_on_solids::<R, false>(m, of, pair, parts, point, state)
+}
+
+/// [`contact_point`] with or without reads of grids: lanes have a function of their own for each, since reads that are
+/// never made cost the other contacts registers.
+#[inline(always)]
+fn point_on_solids<R: Real, const MESHES: bool>(
+    m: &Plant,
+    of: &ContactPair,
+    pair: &Pair<R>,
+    parts: &Parts<R>,
+    point: Point<R>,
+    state: PointState<R>,
+) -> PointContact<R> {
     // All up to the force for part A's points; for part B's the parts change their roles.
     let (a, b) = match of.points_of {
         Side::A => (&parts.a, &parts.b),
@@ -142,7 +175,7 @@ pub fn contact_point<R: Real>(
     let centre = a.attitude.rotate(point.position);
     let b_axes = b.attitude.matrix();
     let in_b = b_axes.transposed_times((a.position - b.position) + centre);
-    let surface = union_distance(&of.solids, in_b);
+    let surface = nearest_solid::<R, MESHES>(&of.solids, in_b);
     let normal = b_axes.times(surface.normal);
     let depth = point.radius - surface.distance;
     let lever = normal.scale_add(-point.radius, centre);

@@ -1,7 +1,8 @@
 //! Overlap of the parts at a given pose: contact points of each against solids of the other, in f64.
 
 use crate::contact::distance::solid_distance;
-use crate::model::Side;
+use crate::contact::profile::Surface;
+use crate::model::{ContactPoint, Side};
 use crate::params::Params;
 use crate::plant::{Plant, PointSource, PreparedSolid};
 use crate::space::{Parts, kinematics, space_masses};
@@ -31,12 +32,17 @@ pub struct Overlap {
 
 /// The pair of a contact point and a solid that overlaps most, or that is nearest if none overlaps.
 ///
-/// The physics takes the same distance; its depth of a point is that of the deepest solid. `None` if no point meets a
-/// solid.
+/// The physics takes the same distance, but for points far from a mesh; its depth of a point is that of the deepest solid.
+/// `None` if no point meets a solid.
 pub fn deepest_overlap(m: &Plant, parts: &Parts<f64>) -> Option<Overlap> {
-    let pairs = m.contacts.iter().flat_map(|contact| {
-        let of = &m.pairs[contact.pair];
-        let (side, point) = (of.points_of, contact.point);
+    let of_points = m.contacts.iter().map(|contact| (contact.pair, contact.source, contact.point));
+    let of_shells = m.shells.iter().flat_map(|shell| {
+        let sphere = |position: Vec3<f64>| ContactPoint { position, radius: 0.0 };
+        shell.points.iter().map(move |point| (shell.pair, shell.source, sphere(point.position)))
+    });
+    let pairs = of_points.chain(of_shells).flat_map(|(pair, source, point)| {
+        let of = &m.pairs[pair];
+        let side = of.points_of;
         let [own, other] = match side {
             Side::A => [parts.a, parts.b],
             Side::B => [parts.b, parts.a],
@@ -44,7 +50,10 @@ pub fn deepest_overlap(m: &Plant, parts: &Parts<f64>) -> Option<Overlap> {
         let from_other = (own.position - other.position) + own.attitude.rotate(point.position);
         let centre = other.attitude.rotate_back(from_other);
         of.solids.iter().map(move |prepared| {
-            let surface = solid_distance(prepared, centre);
+            let distance = match &prepared.surface {
+                Surface::Mesh(grid) => grid.upper_bound(prepared.to_local(centre)),
+                _ => solid_distance(prepared, centre).distance,
+            };
             let normal = outward_normal(prepared, centre);
             let place = normal.scale_add(-point.radius, centre);
             // From the frame of the part with the solid into that of part B.
@@ -52,9 +61,9 @@ pub fn deepest_overlap(m: &Plant, parts: &Parts<f64>) -> Option<Overlap> {
             let origin = parts.b.attitude.rotate_back(other.position - parts.b.position);
             Overlap {
                 side,
-                source: contact.source,
+                source,
                 solid: prepared.index,
-                depth: point.radius - surface.distance,
+                depth: point.radius - distance,
                 place: origin + turned(place),
                 normal: turned(normal),
             }

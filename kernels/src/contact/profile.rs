@@ -1,5 +1,6 @@
 //! Outlines of bodies of revolution: exact signed distance to a polyline in the half plane (axis, radius).
 
+use crate::contact::mesh::Grid;
 use crate::model::Shape;
 use crate::real::Real;
 use crate::vector::Vec3;
@@ -38,6 +39,8 @@ pub enum Surface {
     },
     /// A body of revolution about x, hollow or solid.
     Revolved(Profile),
+    /// A mesh, by its grid of distances.
+    Mesh(Grid),
 }
 
 impl Surface {
@@ -59,6 +62,7 @@ impl Surface {
             Shape::Bore { radius, depth, chamfer: 0.0, .. } => {
                 Self::Revolved(Profile::polyline(&[[0.0, FAR], [0.0, radius], [depth, radius], [depth, 0.0]]))
             }
+            Shape::Mesh(ref mesh) => Self::Mesh(mesh.grid.clone()),
             Shape::Bore { radius, depth, chamfer, .. } => Self::Revolved(Profile::polyline(&[
                 [0.0, FAR],
                 [0.0, radius + chamfer],

@@ -77,7 +77,7 @@ impl<L: Lane> Interface<L> {
     /// Before the first contact.
     pub(super) fn new(m: &Plant, p: &Params<L>, side: SidePair<L>) -> Self {
         let pairs = m.pairs.iter().map(|of| side(of, p)).collect();
-        Self { pairs, watch: monitor::new_watch(), states: vec![filled(L::lit(0.0)); m.contacts.len()] }
+        Self { pairs, watch: monitor::new_watch(), states: vec![filled(L::lit(0.0)); m.contact_states()] }
     }
 
     /// Starts the runs of the lanes in the mask.

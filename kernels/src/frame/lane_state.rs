@@ -175,14 +175,14 @@ pub fn contact_names(contacts: usize) -> Vec<String> {
 
 /// The variables of a lane, in the order of the state buffer; those of the joint level are there without one, not kept.
 pub fn state_variables<const N: usize>(m: &Plant) -> Vec<StateVariable> {
-    let laws = || m.contacts.iter().map(|contact| m.pairs[contact.pair].law);
+    let laws = || m.touching_pairs().map(|pair| pair.law);
     let of = |(name, law): (String, NormalLaw)| {
         let mut variable = StateVariable::of::<PointState<f64>>(m, name, true);
         let is_kept = |field: &Field| field.name != "approach" || law.needs_approach();
         variable.fields.iter_mut().for_each(|(kept, field)| *kept &= is_kept(field));
         variable
     };
-    let contacts = contact_names(m.contacts.len()).into_iter().zip(laws().chain(laws()));
+    let contacts = contact_names(m.contact_states()).into_iter().zip(laws().chain(laws()));
     let mut variables = table::<N>(m);
     if m.drives.is_empty() {
         let of_drives = |field: &Field| field.name.starts_with("drives_");

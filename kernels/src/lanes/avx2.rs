@@ -157,4 +157,5 @@ impl Real for Avx2Lanes {
         halves!(Avx2Lanes, _mm256_max_pd(self, o))
     }
     bitwise!();
+    lane_by_lane!();
 }

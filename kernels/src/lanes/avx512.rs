@@ -140,4 +140,5 @@ impl Real for Avx512Lanes {
         Self(simd!(_mm512_max_pd(self.0, o.0)))
     }
     bitwise!();
+    lane_by_lane!();
 }

@@ -126,4 +126,5 @@ impl Real for PlainLanes {
         mask.any()
     }
     bitwise!();
+    lane_by_lane!();
 }

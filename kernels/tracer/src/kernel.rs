@@ -1,9 +1,10 @@
 //! The whole WGSL module of a scenario: structs and buffer access from the field tables, traced stages, the frame.
 
-use crate::stages::{functions, of_law, structures};
+use crate::stages::{functions, of_law, of_shell, structures};
 use crate::wgsl::{Function, Struct};
 use softdock_kernels::compensator::compensates;
 use softdock_kernels::contact::PointState;
+use softdock_kernels::contact::mesh::{SHELL_WORDS, ShellPoint};
 use softdock_kernels::fields::{Field, fields};
 use softdock_kernels::fixture::is_compliant;
 use softdock_kernels::frame::lane_state::{StateVariable, contact_names, end_state_members, state_variables};
@@ -11,7 +12,7 @@ use softdock_kernels::frame::{Batch, Loops};
 use softdock_kernels::load::loaded;
 use softdock_kernels::model::CompensatorKind;
 use softdock_kernels::noise::{LINK, SENSOR};
-use softdock_kernels::plant::Plant;
+use softdock_kernels::plant::{Plant, ShellOfPair};
 use softdock_kernels::quads::{quads, read, reads, stores, words};
 use softdock_kernels::robot::commands_poses;
 use softdock_kernels::session::supervised;
@@ -46,7 +47,12 @@ pub struct Kernel {
     pub lines: usize,
     /// f32 per lane in the outcome buffer.
     pub outcome: usize,
+    /// Numbers that the stages read by computed indices; empty without meshes, and then without a buffer.
+    pub tables: Vec<f32>,
 }
+
+/// Declaration of the buffer with the tables.
+pub const TABLES: &str = "@group(0) @binding(6) var<storage, read> tables: array<f32>;\n";
 
 /// The kernel of a plant for batches of one kind: what a batch never does is not in it.
 pub fn kernel(plant: &Plant, batch: Batch) -> Kernel {
@@ -70,6 +76,10 @@ fn build<const N: usize>(plant: &Plant, batch: Batch) -> Kernel {
     text.push('\n');
     text.push_str(FRAME);
     text.push('\n');
+    let tables = plant.tables();
+    if !tables.is_empty() {
+        text.push_str(TABLES);
+    }
     text.push_str(ROBOTS[usize::from(plant.cells.is_some())]);
 
     let listings: Vec<String> = functions.iter().map(Function::listing).collect();
@@ -111,7 +121,7 @@ fn build<const N: usize>(plant: &Plant, batch: Batch) -> Kernel {
         text.push_str(listing);
     });
     let lines = slots * (words(command.len()) + words(wrench.len()));
-    Kernel { text, functions, inputs, state: state.len(), lines, outcome: size, structs }
+    Kernel { text, functions, inputs, state: state.len(), lines, outcome: size, structs, tables }
 }
 
 /// The scenario's numbers that the frame needs.
@@ -173,12 +183,48 @@ fn touches(plant: &Plant) -> String {
                 kept.join(", ")
             );
         }
+        for (index, shell) in plant.shells.iter().enumerate() {
+            let state = format!("{side}_contact_{}", plant.contacts.len() + index);
+            out.push_str(&touch_shell(index, shell, &state));
+        }
         out.push_str("    return sum;\n}\n");
     }
     out.push_str("\nfn reset_contacts() {\n");
-    let names = contact_names(plant.contacts.len());
+    let names = contact_names(plant.contact_states());
     names.iter().for_each(|name| out.push_str(&format!("    {name} = PointState();\n")));
     out + "}\n"
+}
+
+/// A shell: a loop over its points, whose table all lanes share, where it is near.
+fn touch_shell(index: usize, shell: &ShellOfPair, state: &str) -> String {
+    let [relative, point, contact] = ["relative", "shell_point", "shell_contact"].map(|stage| of_shell(stage, index));
+    let law = shell.pair;
+    let read = |word: usize| format!("tables[at + {word}u]");
+    let words: Vec<String> = (0..fields::<f64, ShellPoint<f64>>().len()).map(read).collect();
+    let names = fields::<f64, PointState<f64>>().into_iter().map(|field| format!("s{index}.state_{}", field.name));
+    let kept: Vec<String> = names.collect();
+    format!(
+        "    let r{index} = {relative}(parts);\n    \
+         var t{index} = no_shell_touch();\n    \
+         if (r{index}.near > 0.0) {{\n        \
+             var i = 0u;\n        \
+             loop {{\n            \
+                 let at = {}u + i * {SHELL_WORDS}u;\n            \
+                 t{index} = {point}(pairs.p{law}, r{index}, ShellPoint({}), {state}.approach, t{index});\n            \
+                 i++;\n            \
+                 if (i == {}u) {{\n                \
+                     break;\n            \
+                 }}\n        \
+             }}\n    \
+         }}\n    \
+         let s{index} = {contact}(pairs.p{law}, parts, r{index}, t{index}, {state});\n    \
+         {state} = PointState({});\n    \
+         sum = gather(sum, s{index});\n",
+        shell.offset,
+        words.join(", "),
+        shell.points.len(),
+        kept.join(", "),
+    )
 }
 
 /// Vectors of a lane one behind the other.

@@ -3,6 +3,8 @@
 use crate::trace::Sym;
 use crate::wgsl::{Function, Struct};
 use softdock_kernels::compensator::{self, Compensation};
+use softdock_kernels::contact::mesh::ShellPoint;
+use softdock_kernels::contact::shell::{self, Relative, ShellTouch};
 use softdock_kernels::contact::{self, LatchState, Point, PointContact, PointState};
 use softdock_kernels::fields::{Bundle, bundle_name, fields};
 use softdock_kernels::fixture;
@@ -84,6 +86,9 @@ pub fn structures<const N: usize>(m: &Plant) -> Vec<Struct> {
     if m.cells.is_some() {
         all.extend([structure::<Drives<Sym>>(), structure::<SetPoint<Sym>>()]);
     }
+    if !m.shells.is_empty() {
+        all.extend([structure::<ShellPoint<Sym>>(), structure::<Relative<Sym>>(), structure::<ShellTouch<Sym>>()]);
+    }
     all
 }
 
@@ -91,6 +96,7 @@ pub fn structures<const N: usize>(m: &Plant) -> Vec<Struct> {
 pub fn functions<const N: usize>(m: &Plant) -> Vec<Function> {
     let mut all = body_stages::<N>(m);
     all.extend(contact_stages(m));
+    all.extend(shell_stages(m));
     all.extend(facility_stages(m));
     if m.cells.is_some() {
         all.extend(joint_stages(m));
@@ -136,6 +142,30 @@ fn contact_stages(m: &Plant) -> Vec<Function> {
         stage!(gather(sum: Touch<Sym>, c: PointContact<Sym>) -> Touch<Sym> => monitor::gather(&sum, &c)),
         stage!(total_wrench(touch: Touch<Sym>, latch: LatchState<Sym>) -> Wrench<Sym> => monitor::total_wrench(&touch, &latch)),
     ]);
+    all
+}
+
+/// Name of a stage function that a shell has for itself: that of the first has no number.
+pub fn of_shell(name: &str, shell: usize) -> String {
+    of_law(name, shell)
+}
+
+fn shell_stages(m: &Plant) -> Vec<Function> {
+    let shells = m.shells.iter().enumerate().flat_map(|(index, shell)| {
+        let of = &m.pairs[shell.pair];
+        let functions = [
+            stage!(relative(parts: Parts<Sym>) -> Relative<Sym> => shell::relative(m, shell, &parts)),
+            stage!(shell_point(pair: Pair<Sym>, relative: Relative<Sym>, point: ShellPoint<Sym>, before: Sym, sum: ShellTouch<Sym>)
+                -> ShellTouch<Sym> => shell::shell_point(m, of, &pair, &relative, &point, before, &sum)),
+            stage!(shell_contact(pair: Pair<Sym>, parts: Parts<Sym>, relative: Relative<Sym>, sum: ShellTouch<Sym>, state: PointState<Sym>)
+                -> PointContact<Sym> => shell::shell_contact(m, of, &pair, &parts, &relative, &sum, &state)),
+        ];
+        functions.map(|function| Function { name: of_shell(&function.name, index), ..function })
+    });
+    let mut all: Vec<Function> = shells.collect();
+    if !all.is_empty() {
+        all.push(stage!(no_shell_touch() -> ShellTouch<Sym> => shell::no_shell_touch()));
+    }
     all
 }
 

@@ -3,6 +3,7 @@
 //! A [`Graph`] holds each distinct operation once (common subexpressions share a node), with constants folded and
 //! neutral operations dropped as it is built. What no result needs is never printed (see [`crate::wgsl`]).
 
+use softdock_kernels::contact::mesh::Table;
 use softdock_kernels::real::Real;
 use std::cell::RefCell;
 use std::collections::HashMap;
@@ -39,6 +40,12 @@ pub enum Op {
     Mantissa(u32),
     Exponent(u32),
     Exp2(u32),
+    /// Number `index + step` of table `table` of [`Graph::tables`].
+    LookUp {
+        table: u32,
+        index: u32,
+        step: u32,
+    },
     /// A constant outcome.
     Known(bool),
     Less(u32, u32),
@@ -57,6 +64,7 @@ impl Op {
             Op::Input(_) | Op::Const(_) | Op::Known(_) => [None; 3],
             Op::Neg(a) | Op::Sqrt(a) | Op::Abs(a) | Op::Floor(a) | Op::Not(a) => [Some(a), None, None],
             Op::Mantissa(a) | Op::Exponent(a) | Op::Exp2(a) => [Some(a), None, None],
+            Op::LookUp { index, .. } => [Some(index), None, None],
             Op::Fma(a, b, c) | Op::Select(a, b, c) => [Some(a), Some(b), Some(c)],
             Op::Add(a, b) | Op::Sub(a, b) | Op::Mul(a, b) | Op::Div(a, b) | Op::Min(a, b) | Op::Max(a, b) => {
                 [Some(a), Some(b), None]
@@ -74,6 +82,8 @@ pub struct Graph {
     pub ops: Vec<Op>,
     /// The nodes that are the function's results.
     pub results: Vec<u32>,
+    /// The tables that it reads.
+    pub tables: Vec<Table>,
     known: HashMap<Op, u32>,
 }
 
@@ -155,6 +165,15 @@ impl Graph {
             Ok(node) => node,
             Err(op) => self.intern(op),
         }
+    }
+
+    /// Place of a table among those that the function reads.
+    fn table(&mut self, table: &Table) -> u32 {
+        let known = self.tables.iter().position(|own| own.offset == table.offset);
+        known.unwrap_or_else(|| {
+            self.tables.push(table.clone());
+            self.tables.len() - 1
+        }) as u32
     }
 
     fn lit(&mut self, value: f64) -> u32 {
@@ -373,6 +392,10 @@ impl Real for Sym {
     }
     fn exp2_whole(self) -> Self {
         Self(push(Op::Exp2(self.0)))
+    }
+    fn look_up(table: &Table, index: Self, step: usize) -> Self {
+        let table = GRAPH.with_borrow_mut(|graph| graph.table(table));
+        Self(push(Op::LookUp { table, index: index.0, step: step as u32 }))
     }
     fn min(self, other: Self) -> Self {
         Self(push(Op::Min(self.0, other.0)))

@@ -178,6 +178,12 @@ impl<'a> Printer<'a> {
             Op::Mantissa(a) => format!("mantissa({})", n(a)),
             Op::Exponent(a) => format!("exponent({})", n(a)),
             Op::Exp2(a) => format!("exp2_whole({})", n(a)),
+            Op::LookUp { table, index, step } => {
+                // Bounded, so that no index reads another table.
+                let table = &self.function.graph.tables[table as usize];
+                let last = table.values.len() - 1;
+                format!("tables[{}u + min(u32({}) + {step}u, {last}u)]", table.offset, n(index))
+            }
             Op::Less(a, b) => format!("{} < {}", n(a), n(b)),
             Op::LessEqual(a, b) => format!("{} <= {}", n(a), n(b)),
             Op::And(a, b) => format!("{} && {}", n(a), n(b)),

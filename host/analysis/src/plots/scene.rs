@@ -1,12 +1,15 @@
 //! The nominal start of a run drawn to scale: side view, top view, and the two parts from near.
 
 use softdock_kernels::contact::features::features;
+use softdock_kernels::contact::mesh::Mesh;
 use softdock_kernels::contact::overlap::{deepest_overlap, start_parts};
 use softdock_kernels::model::{ContactPoint, Shape, Side};
 use softdock_kernels::params::Params;
 use softdock_kernels::plant::{Plant, PointSource, PreparedSolid};
 use softdock_kernels::space::Parts;
 use softdock_kernels::vector::{Pose, Quat, Vec3, vec3};
+
+use std::collections::BTreeMap;
 
 use crate::number::with_unit;
 use crate::plots::canvas::{Pen, Plane, View, arrow, circle, path, svg_file, text};
@@ -183,6 +186,7 @@ impl<'a> Scene<'a> {
         let mut points: Vec<Vec3<f64>> = spheres.chain([self.a.position, self.b.position]).collect();
         for (_, solid, frame) in self.solids() {
             match solid.solid.shape {
+                Shape::Mesh(ref mesh) => points.extend(mesh.vertices.iter().map(|vertex| placed(frame, *vertex))),
                 Shape::Plane => points.extend(extent(frame.position, 0.6 * self.reach())),
                 Shape::Box { half } => points.extend(corners(half).map(|corner| placed(frame, corner))),
                 Shape::Cone { .. } | Shape::Bore { .. } => {
@@ -275,6 +279,7 @@ impl<'a> Scene<'a> {
     /// Where along a solid's axis its name stands \[m\].
     fn name_place(&self, solid: &PreparedSolid) -> f64 {
         match solid.solid.shape {
+            Shape::Mesh(_) => solid.solid.shape.ends()[1],
             Shape::Plane => 0.05 * self.reach(),
             Shape::Sphere { .. }
             | Shape::Box { .. }
@@ -294,6 +299,7 @@ impl<'a> Scene<'a> {
                     view.sphere(frame.position, radius, &Pen::line(ink, 1.6).filled(0.2), "");
                 }
                 Shape::Box { half } => draw_box(view, frame, half, ink),
+                Shape::Mesh(ref mesh) => draw_mesh(view, frame, mesh, ink),
                 Shape::Plane => {
                     draw_face(view, frame, &[[0.0, 1.5 * self.reach()], [0.0, 0.0]], 1.5 * self.reach(), ink);
                 }
@@ -449,6 +455,38 @@ fn draw_round(view: &mut View, frame: Pose<f64>, shape: &Shape, ink: RGBColor) {
     }
 }
 
+/// Most triangles of a mesh that are filled; of a finer one only sharp edges and the outline are drawn.
+const MOST_FILLED: usize = 2_000;
+
+/// The triangles of a mesh as a shade, its sharp edges and its outline as lines.
+fn draw_mesh(view: &mut View, frame: Pose<f64>, mesh: &Mesh, ink: RGBColor) {
+    let at = |corner: u32| placed(frame, mesh.vertices[corner as usize]);
+    let toward = view.plane.normal();
+    let mut sides: BTreeMap<[u32; 2], Vec<Vec3<f64>>> = BTreeMap::new();
+    let shade = Pen { fill: Some((ink, 0.06)), ..Pen::line(ink, 0.0) };
+    for triangle in &mesh.triangles {
+        let [a, b, c] = triangle.map(at);
+        let across = (b - a).cross(c - a);
+        let normal = across * (1.0 / across.norm().max(f64::MIN_POSITIVE));
+        for (one, two) in [(0, 1), (1, 2), (2, 0)] {
+            let (one, two) = (triangle[one], triangle[two]);
+            sides.entry([one.min(two), one.max(two)]).or_default().push(normal);
+        }
+        // Those that look away are covered by the others.
+        if mesh.triangles.len() <= MOST_FILLED && normal.dot(toward) > 0.0 {
+            view.path(&[a, b, c], true, &shade);
+        }
+    }
+    for (edge, normals) in sides {
+        let [one, two] = [normals[0], normals[normals.len() - 1]];
+        let is_sharp = one.dot(two) < 0.88;
+        let is_outline = one.dot(toward) * two.dot(toward) <= 0.0;
+        if is_sharp || is_outline {
+            view.path(&edge.map(at), false, &Pen::line(ink, if is_outline { 1.4 } else { 0.7 }));
+        }
+    }
+}
+
 /// The faces of a box.
 fn draw_box(view: &mut View, frame: Pose<f64>, half: Vec3<f64>, ink: RGBColor) {
     let corners = corners(half).map(|corner| placed(frame, corner));
@@ -490,17 +528,45 @@ fn draw_face(view: &mut View, frame: Pose<f64>, outline: &[[f64; 2]], rim: f64, 
 mod tests {
     use super::*;
     use softdock_campaign::load_scenario;
+    use softdock_kernels::contact::mesh::{Ball, Grid, Table};
     use softdock_kernels::model::{Model, Solid};
     use std::path::Path;
+    use std::sync::Arc;
 
     fn model() -> Model {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../campaigns/scenarios/smoke.toml");
         load_scenario(&path).expect("the shipped scenario").model
     }
 
+    #[test]
+    fn mesh_is_drawn_with_its_edges_and_facing_triangles() {
+        let paths = |solids: Vec<Solid>| {
+            let mut model = model();
+            model.contact.b.solids = solids;
+            drawn(model).matches("<path").count()
+        };
+        let solid = Solid { frame: Pose::identity(), shape: tetrahedron() };
+        let (with, without) = (paths(vec![solid]), paths(Vec::new()));
+        // Six edges in each of three views, and at least one triangle.
+        assert!(with >= without + 3 * 7, "{with} and {without}");
+    }
+
     fn drawn(model: Model) -> String {
         let nominal = model.nominal;
         scene_svg("a < b & c", &Plant::new(model), &nominal)
+    }
+
+    /// A tetrahedron far from the nodes of its grid, which no figure reads but for the least distance.
+    fn tetrahedron() -> Shape {
+        let table = Table { values: vec![0.1_f32; 8].into(), offset: 0 };
+        Shape::Mesh(Arc::new(Mesh {
+            grid: Grid { origin: Vec3::splat(-0.1), cell: 0.5, nodes: [2; 3], margin: 0.1, table },
+            shell: Vec::new(),
+            ball: Ball { centre: Vec3::zero(), radius: 0.3 },
+            half_thickness: 0.05,
+            vertices: vec![Vec3::zero(), vec3(0.2, 0.0, 0.0), vec3(0.0, 0.2, 0.0), vec3(0.0, 0.0, 0.2)],
+            triangles: vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]],
+        }))
     }
 
     #[test]
@@ -512,6 +578,7 @@ mod tests {
             Shape::Cone { mouth: 0.2, bottom: 0.05, depth: 0.3 },
             Shape::Bore { radius: 0.1, depth: 0.2, chamfer: 0.01, points: 8 },
             Shape::Bore { radius: 0.1, depth: 0.2, chamfer: 0.0, points: 8 },
+            tetrahedron(),
         ];
         // Along x, along y and along z: seen from the side, along the axis, and from above.
         for turn in [
@@ -520,10 +587,10 @@ mod tests {
             vec3(0.0, std::f64::consts::FRAC_PI_2, 0.0),
             vec3(0.3, -0.4, 0.5),
         ] {
-            for shape in shapes {
+            for shape in shapes.clone() {
                 let mut model = model();
                 let frame = Pose { position: vec3(0.0, 0.1, 0.0), attitude: Quat::from_rotation_vector(turn) };
-                model.contact.b.solids = vec![Solid { frame, shape }];
+                model.contact.b.solids = vec![Solid { frame, shape: shape.clone() }];
                 let svg = drawn(model);
                 assert!(!svg.contains("NaN") && !svg.contains("inf"), "{shape:?}");
                 assert!(svg.contains("B1"), "{shape:?}");

@@ -2,7 +2,9 @@
 
 use super::{GATE_ANGLE, GATE_SIZE};
 use crate::check::{Checker, span_of, take_parameters};
+use crate::mesh::{self, MeshFile};
 use crate::mobility::effective_mass;
+use crate::stability::crowd;
 use crate::written::scenario::{ContactTable, LatchTable, LawKeys, PointTable, ScenarioFile, SolidTable, StartTable};
 use crate::written::{At, Quantities};
 use softdock_kernels::contact::common_pair;
@@ -32,21 +34,19 @@ const EXPONENT: Range = Range::within(1.0, 5.0);
 const SLOWER: f64 = 10.0;
 const SLOWEST: f64 = 1e-3;
 
-pub(crate) fn read(c: &mut Checker, file: &ScenarioFile, p: &mut Params<f64>) -> Contact {
+pub(crate) fn read(c: &mut Checker, file: &ScenarioFile, p: &mut Params<f64>) -> (Contact, Vec<MeshFile>) {
     let table = &file.contact.value;
     let (law, pair) = law(c, table.law(), p.closing_speed);
     store(&pair, p);
-    let a = part(c, "part_a", &file.part_a.point, &file.part_a.solid);
-    let b = part(c, "part_b", &file.part_b.point, &file.part_b.solid);
+    let mut a = part(c, "part_a", &file.part_a.point, &file.part_a.solid);
+    let mut b = part(c, "part_b", &file.part_b.point, &file.part_b.solid);
+    let (bilateral, solids) = (table.bilateral.unwrap_or(false), [&*file.part_a.solid, &*file.part_b.solid]);
+    let meshes = mesh::read(c, solids, [&mut a, &mut b]);
+    mesh::refuse_sizes(c, solids, [&a, &b]);
+    mesh::refuse_bilateral(c, solids, bilateral);
     let pairs = pairs(c, file, [&a, &b], p.closing_speed);
-    Contact {
-        a,
-        b,
-        pairs,
-        law,
-        bilateral: table.bilateral.unwrap_or(false),
-        latch: file.latch.as_ref().map(|table| latch(c, table, p)),
-    }
+    let latch = file.latch.as_ref().map(|table| latch(c, table, p));
+    (Contact { a, b, pairs, law, bilateral, latch }, meshes)
 }
 
 fn part(c: &mut Checker, table: &str, points: &[PointTable], solids: &[SolidTable]) -> PartShape {
@@ -270,6 +270,7 @@ enum Kind {
     Ring,
     Cone,
     Bore,
+    Mesh,
 }
 
 /// Contact points of a rim or a ring, unless stated, and of a capsule; the most of one.
@@ -290,6 +291,7 @@ fn solid(c: &mut Checker, table: &SolidTable) -> Solid {
             ("ring", Kind::Ring),
             ("cone", Kind::Cone),
             ("bore", Kind::Bore),
+            ("mesh", Kind::Mesh),
         ],
     );
     let is = |kinds: &[Kind]| kinds.contains(&kind);
@@ -303,9 +305,14 @@ fn solid(c: &mut Checker, table: &SolidTable) -> Solid {
         (
             "points",
             span_of(&table.points),
-            is(&[Kind::Capsule, Kind::Cylinder, Kind::Frustum, Kind::Ring, Kind::Bore]),
+            is(&[Kind::Capsule, Kind::Cylinder, Kind::Frustum, Kind::Ring, Kind::Bore, Kind::Mesh]),
             false,
         ),
+        needs("file", span_of(&table.file), &[Kind::Mesh]),
+        needs("unit", span_of(&table.unit), &[Kind::Mesh]),
+        ("resolution", span_of(&table.resolution), is(&[Kind::Mesh]), false),
+        ("patch", span_of(&table.patch), is(&[Kind::Mesh]), false),
+        ("density", span_of(&table.density), is(&[Kind::Mesh]), false),
         needs("size", span_of(&table.size), &[Kind::Box]),
         needs("mouth", span_of(&table.mouth), &[Kind::Cone]),
         needs("bottom", span_of(&table.bottom), &[Kind::Cone]),
@@ -321,7 +328,8 @@ fn solid(c: &mut Checker, table: &SolidTable) -> Solid {
     let (length, front, back, tube) =
         (number(&table.length), number(&table.front), number(&table.back), number(&table.tube));
     let least = if kind == Kind::Capsule { 2 } else { 4 };
-    let points = table.points.as_ref().map(|written| c.count(written, least, MOST_RIM_POINTS) as usize);
+    let stated = table.points.as_ref().filter(|_| kind != Kind::Mesh);
+    let points = stated.map(|written| c.count(written, least, MOST_RIM_POINTS) as usize);
     let points = points.unwrap_or(if kind == Kind::Capsule { CAPSULE_POINTS } else { RIM_POINTS });
     if let (Kind::Ring, Some(written)) = (kind, table.tube.as_ref().filter(|_| complete && tube >= radius)) {
         c.refuse(&written.span, "the tube is not thinner than the ring", "write a tube below the radius");
@@ -344,6 +352,8 @@ fn solid(c: &mut Checker, table: &SolidTable) -> Solid {
         Kind::Ring => Shape::Ring { radius, tube, points },
         Kind::Cone => Shape::Cone { mouth, bottom, depth },
         Kind::Bore => Shape::Bore { radius, depth, chamfer, points },
+        // Its file is read when the other part's points are known.
+        Kind::Mesh => Shape::Plane,
     };
     Solid { frame, shape }
 }
@@ -370,25 +380,28 @@ pub(crate) fn complete(c: &mut Checker, table: &ContactTable, start: &StartTable
     let Some(mass) = effective_mass(m, m.nominal.base_mass, m.nominal.target_mass) else {
         return;
     };
+    // A bristle of a shell is that of all its points in contact.
+    let bristle_mass = mass / crowd(m, |_, _| true);
     let p = &mut m.nominal;
     let mut common = common_pair(p);
-    complete_pair(c, table.law(), (m.contact.law, &mut common), start, [mass, p.closing_speed]);
+    complete_pair(c, table.law(), (m.contact.law, &mut common), start, [mass, bristle_mass, p.closing_speed]);
     store(&common, p);
     for (row, table) in m.contact.pairs.iter_mut().zip(&table.pair) {
-        complete_pair(c, table.law(), (row.law, &mut row.properties), start, [mass, p.closing_speed]);
+        complete_pair(c, table.law(), (row.law, &mut row.properties), start, [mass, bristle_mass, p.closing_speed]);
     }
 }
 
-/// Completes the damping of a pair, for an effective mass \[kg\] and a closing speed \[m/s\].
+/// Completes the damping of a pair, for an effective mass, the same for each share of its bristle \[kg\], and a closing
+/// speed \[m/s\].
 fn complete_pair(
     c: &mut Checker,
     keys: LawKeys<'_>,
     (law, pair): (NormalLaw, &mut Pair<f64>),
     start: &StartTable,
-    [mass, closing_speed]: [f64; 2],
+    [mass, bristle_mass, closing_speed]: [f64; 3],
 ) {
     if keys.bristle_damping.is_none() {
-        pair.bristle_damping = 2.0 * BRISTLE_DAMPING_RATIO * (pair.bristle_stiffness * mass).sqrt();
+        pair.bristle_damping = 2.0 * BRISTLE_DAMPING_RATIO * (pair.bristle_stiffness * bristle_mass).sqrt();
     }
     let Some(written) = keys.restitution else { return };
     let restitution = c.number(written, "1", RESTITUTION);

@@ -240,7 +240,7 @@ pub(crate) struct SolidTable {
     /// Name in the pairs of [[contact.pair]]; solids may share one.
     pub(crate) name: Option<At<String>>,
     /// "plane" (x >= 0), "sphere", "box", "capsule", "cylinder", "frustum" (solid, from x = 0), "ring" (round tube about x),
-    /// "cone" (hollow, opening to -x) or "bore" (blind hole along +x).
+    /// "cone" (hollow, opening to -x), "bore" (blind hole along +x) or "mesh" (a closed surface of triangles).
     pub(crate) shape: At<String>,
     /// Origin of the solid's frame in the part's frame.
     pub(crate) position: Option<Quantities>,
@@ -258,6 +258,17 @@ pub(crate) struct SolidTable {
     pub(crate) depth: Option<Quantity>,
     /// bore: width of the 45 degree chamfer; default zero.
     pub(crate) chamfer: Option<Quantity>,
+    /// mesh: STL or OBJ file, relative to this one.
+    pub(crate) file: Option<At<String>>,
+    /// mesh: unit of length of the file, "mm", "cm", "m" or "in".
+    pub(crate) unit: Option<At<String>>,
+    /// mesh: edge of a cell of its distance grid; default the longest edge of the mesh over 160.
+    pub(crate) resolution: Option<Quantity>,
+    /// mesh: area whose contact points together have the pair's stiffness and damping; without it the mesh has no contact
+    /// points of its own.
+    pub(crate) patch: Option<Quantity>,
+    /// mesh: density, for the mass properties that `check` states; the bodies' masses do not follow from it.
+    pub(crate) density: Option<Quantity>,
     /// capsule (between the centres of its ends), cylinder, frustum: length along x.
     pub(crate) length: Option<Quantity>,
     /// frustum: radius at x = 0.
@@ -267,7 +278,7 @@ pub(crate) struct SolidTable {
     /// ring: radius of the tube.
     pub(crate) tube: Option<Quantity>,
     /// cylinder, frustum (each rim), ring: contact points, default 16, that share the stiffness of four. capsule: contact
-    /// points along the axis, default 2.
+    /// points along the axis, default 2. mesh with a patch: about so many, default 500.
     pub(crate) points: Option<At<u64>>,
 }
 

@@ -65,9 +65,11 @@ impl Compiled {
         use wgpu::BufferBindingType::{Storage, Uniform};
         let read = Storage { read_only: true };
         let write = Storage { read_only: false };
-        // The frame's bindings: batch, controls, inputs, states, lines, outcomes.
+        let kernel = kernel(&job.plant, job.batch);
+        // The frame's bindings: batch, controls, inputs, states, lines, outcomes; with meshes their tables.
+        let tables = (!kernel.tables.is_empty()).then_some(read);
         let entries: Vec<_> = (0..)
-            .zip([Uniform, write, read, write, write, write])
+            .zip([Uniform, write, read, write, write, write].into_iter().chain(tables))
             .map(|(binding, ty)| wgpu::BindGroupLayoutEntry {
                 binding,
                 visibility: wgpu::ShaderStages::COMPUTE,
@@ -82,7 +84,6 @@ impl Compiled {
             bind_group_layouts: &[Some(&bindings)],
             ..Default::default()
         });
-        let kernel = kernel(&job.plant, job.batch);
         let [begin, slice, end] = engine.compile(&kernel.text, ["begin", "slice", "end"], Some(&layout))?;
         Ok(Self { job: job.clone(), kernel, bindings, begin, slice, end })
     }
@@ -139,7 +140,12 @@ impl Buffers {
         let outcomes = buffer("outcomes", words(kernel.outcome), usage);
         let landing_usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
         let landing = buffer("landing", words(kernel.outcome.max(4)), landing_usage);
-        let bound = [&uniform, &controls, &inputs, &states, &lines, &outcomes];
+        let tables = match kernel.tables.is_empty() {
+            true => None,
+            false => Some(engine.filled("tables of the meshes", bytemuck::cast_slice(&kernel.tables))),
+        };
+        let mut bound = vec![&uniform, &controls, &inputs, &states, &lines, &outcomes];
+        bound.extend(&tables);
         Self { bindings: engine.bind(&compiled.bindings, &bound), uniform, controls, inputs, outcomes, landing }
     }
 }
