@@ -36,6 +36,7 @@ bundle! {
         insertion: R, "m", "farthest that part A's origin came beyond part B's, along part B's x axis";
         jam_duration: R, "s", "longest time that part A stood between opposite contacts; 0 without task.min_insertion";
         jam_push: R, "N", "contact force during that time, which balances the push; null without a jam";
+        jam_moment: R, "N m", "contact moment about part A's origin then; null without a jam";
         jam_squeeze: R, "N", "force with which opposite contacts pressed each other then; null without a jam";
         separation_time: R, "s", "time of the last separation; null without one";
         separation_speed: R, "m/s", "normal speed of separation at the end of the run (negative = closing)";
@@ -103,8 +104,8 @@ impl Metrics<f64> {
     /// When the metric of this field name has a value.
     pub fn presence(name: &str) -> Presence {
         match name {
-            "approach_speed" | "restitution" | "rebound_speed" | "capture_offset" | "miss_distance" | "jam_push"
-            | "jam_squeeze" => Presence::Happened,
+            "approach_speed" | "restitution" | "rebound_speed" | "capture_offset" | "miss_distance" | "jam_moment"
+            | "jam_push" | "jam_squeeze" => Presence::Happened,
             "end_time" => Presence::Always,
             _ if name.ends_with("_time") || name.starts_with("first_contact_") => Presence::Happened,
             _ if name.starts_with("tracking_") => Presence::Tested,

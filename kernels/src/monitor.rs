@@ -35,6 +35,7 @@ bundle! {
         begin: R, "s", "time at which it came to stand, -1 while it moves";
         duration: R, "s", "longest time that it stood";
         push: R, "N", "contact force of that time, the push that is balanced";
+        moment: R, "N m", "contact moment about part A's origin then";
         squeeze: R, "N", "force with which opposite contacts pressed each other then";
     }
 }
@@ -176,7 +177,7 @@ pub fn new_watch<R: Real>() -> Watch<R> {
         capture_offset: never,
         miss_distance: R::lit(FAR),
         insertion: R::lit(-FAR),
-        jam: Jam { begin: never, duration: zero, push: never, squeeze: never },
+        jam: Jam { begin: never, duration: zero, push: never, moment: never, squeeze: never },
         contact_work: zero,
         absorbed: zero,
         push: Wrench::zero(),
@@ -289,6 +290,7 @@ fn jammed<R: Real>(s: &Jam<R>, time: R, parts: &Parts<R>, touch: &Touch<R>) -> J
         begin,
         duration: s.duration.max(duration),
         push: R::select(longest, net, s.push),
+        moment: R::select(longest, touch.wrench.moment.norm(), s.moment),
         squeeze: R::select(longest, squeeze, s.squeeze),
     }
 }
@@ -367,6 +369,7 @@ pub fn metrics<R: Real, const N: usize>(
         insertion: s.insertion,
         jam_duration: s.jam.duration,
         jam_push: s.jam.push,
+        jam_moment: s.jam.moment,
         jam_squeeze: s.jam.squeeze,
         separation_time: s.separated_at,
         separation_speed: s.separation_speed,

@@ -19,6 +19,7 @@ mod load;
 mod map;
 pub(crate) mod meshes;
 mod nulls;
+mod own_scenarios;
 mod pairs;
 mod scenes;
 mod shapes;

@@ -92,7 +92,7 @@ pub const CRITERIA: [Criterion; 9] = [
         id: "jam",
         unit: "1",
         asks: |_| "part A does not jam on its way",
-        broken: "jammed: pushed between two contacts",
+        broken: "jammed: friction of opposite contacts balances the load",
         limit: |task| inserts(task).map(|_| 1.0),
         breach: |task, m| not_inserted(task, m, Some(Stand::Jammed)),
     },
@@ -100,7 +100,7 @@ pub const CRITERIA: [Criterion; 9] = [
         id: "wedge",
         unit: "1",
         asks: |_| "part A does not wedge on its way",
-        broken: "wedged: held between two contacts without a push",
+        broken: "wedged: opposite contacts hold it without a load",
         limit: |task| inserts(task).map(|_| 1.0),
         breach: |task, m| not_inserted(task, m, Some(Stand::Wedged)),
     },
@@ -109,17 +109,17 @@ pub const CRITERIA: [Criterion; 9] = [
 /// How a part stands that has not gone in.
 #[derive(Clone, Copy, PartialEq)]
 enum Stand {
-    /// Opposite contacts hold it against a push.
+    /// Opposite contacts hold it against a force or a moment.
     Jammed,
-    /// Opposite contacts hold it, and nothing pushes.
+    /// Opposite contacts hold it, and nothing loads it.
     Wedged,
 }
 
 /// Shortest time that a part which jams stands \[s\].
 const JAM_TIME: f64 = 0.1;
 
-/// Push of a wedged part as a share of the force that squeezes it, at most.
-const WEDGE_PUSH: f64 = 0.1;
+/// Load of a wedged part as a share of the force that squeezes it, at most: its push, and its moment over the insertion.
+const WEDGE_LOAD: f64 = 0.1;
 
 fn inserts(task: &Task) -> Option<f64> {
     finite(task.min_insertion)
@@ -128,7 +128,8 @@ fn inserts(task: &Task) -> Option<f64> {
 /// A part that has not gone in, by how it stands at last; `None`: it does not stand.
 fn not_inserted(task: &Task, m: &Metrics<f64>, stand: Option<Stand>) -> Option<Breach> {
     let is_in = m.insertion >= task.min_insertion;
-    let found = match m.jam_push <= WEDGE_PUSH * m.jam_squeeze {
+    let load = m.jam_push.max(m.jam_moment / m.insertion.max(1e-3));
+    let found = match load <= WEDGE_LOAD * m.jam_squeeze {
         _ if m.jam_duration < JAM_TIME => None,
         true => Some(Stand::Wedged),
         false => Some(Stand::Jammed),
@@ -236,6 +237,22 @@ mod tests {
         let asked = Task { touch: true, ..TASK };
         assert_eq!(first_breach(&asked, &metrics).expect("no touch").0.id, "touch");
         assert_eq!(sentences(&TASK).len(), 3);
+    }
+
+    #[test]
+    fn part_that_does_not_go_in_is_named_by_how_it_stands() {
+        let task = Task { min_insertion: 0.05, ..Task::OPEN };
+        let stands = |insertion: f64, duration: f64, push: f64, moment: f64| {
+            let (jam_duration, jam_push, jam_moment, jam_squeeze) = (duration, push, moment, 100.0);
+            let metrics = Metrics { insertion, jam_duration, jam_push, jam_moment, jam_squeeze, ..docked() };
+            first_breach(&task, &metrics).map(|(criterion, breach)| (criterion.id, breach.value))
+        };
+        assert_eq!(stands(0.06, 2.0, 30.0, 1.0), None, "in is in, however it stands");
+        assert_eq!(stands(0.03, 0.01, 30.0, 1.0), Some(("min_insertion", Some(0.03))));
+        assert_eq!(stands(0.03, 2.0, 30.0, 0.0), Some(("jam", Some(0.03))));
+        assert_eq!(stands(0.03, 2.0, 1.0, 1.0), Some(("jam", Some(0.03))), "a moment is a load too");
+        assert_eq!(stands(0.03, 2.0, 1.0, 0.1), Some(("wedge", Some(0.03))));
+        assert_eq!(sentences(&task).len(), 3);
     }
 
     #[test]

@@ -69,9 +69,13 @@ const STIFFNESS: &str = "[[dispersion]]\ntarget = \"contact_stiffness\"\n\
 
 #[test]
 fn shipped_campaigns_are_valid_and_described() {
-    for (name, runs) in
-        [("smoke.toml", 64), ("plate_impact.toml", 4000), ("probe_drogue.toml", 2000), ("berth.toml", 400)]
-    {
+    for (name, runs) in [
+        ("smoke.toml", 64),
+        ("plate_impact.toml", 4000),
+        ("probe_drogue.toml", 2000),
+        ("berth.toml", 400),
+        ("insert.toml", 200),
+    ] {
         let campaign = shipped(name);
         assert_eq!(campaign.runs, runs);
         assert_eq!(campaign.hash.len(), 64);
