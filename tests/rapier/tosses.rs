@@ -14,7 +14,7 @@ use softdock_kernels::philox;
 use std::path::Path;
 
 /// Steps of Rapier in a frame of 1/148 s.
-const STEPS: usize = 8;
+const STEPS: usize = 4;
 /// Natural frequency of Rapier's contacts with fixed bodies by default \[Hz\]; it has no stiffness.
 const FREQUENCY: f64 = 60.0;
 const RESAMPLES: usize = 2000;

@@ -16,6 +16,9 @@ pub fn contact_block(found: &ContactIdentification, command: &str) -> String {
         source(found),
         found.law()
     );
+    if let Some(error) = found.inadequate() {
+        text += &format!("# Model inadequate: relative error of the force {} %.\n", significant(100.0 * error, 3));
+    }
     if let FoundContact::Tosses(_) = &found.found {
         text += "exponent = 1   # the corners of a tossed body are linear springs\n";
     }

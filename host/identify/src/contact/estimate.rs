@@ -11,6 +11,10 @@ pub const DETERMINED: f64 = 0.5;
 /// The same of an exponent, absolute.
 pub const DETERMINED_EXPONENT: f64 = 0.2;
 
+/// Least half-width of an interval as a share of the value: smoothed motion and steps of the evaluation change it by up to
+/// 3e-4, which the scatter of residuals does not show.
+const SYSTEMATIC: f64 = 1e-3;
+
 /// What the data state about a parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -105,11 +109,11 @@ impl FittedContact<'_> {
         let half = |weight: f64| self.uncertainty.quantile * self.uncertainty.deviation(&self.weight(place, weight));
         match prior {
             ParameterPrior::LogNormal { spread, .. } => {
-                let factor = half(spread).min(300.0).exp();
+                let factor = half(spread).hypot(SYSTEMATIC).min(300.0).exp();
                 (value, [value / factor, value * factor])
             }
             _ => {
-                let half = half(prior.slope(z));
+                let half = half(prior.slope(z)).hypot(SYSTEMATIC * value);
                 (value, [value - half, value + half])
             }
         }
@@ -122,7 +126,8 @@ impl FittedContact<'_> {
         let metres = 1000.0_f64.ln();
         let value = k.value(zk) * (e.value(ze) * metres).exp();
         let weights = self.weight(stiffness, k.slope(zk) / k.value(zk)) + self.weight(exponent, e.slope(ze) * metres);
-        let factor = (self.uncertainty.quantile * self.uncertainty.deviation(&weights)).min(300.0).exp();
+        let scatter = self.uncertainty.quantile * self.uncertainty.deviation(&weights);
+        let factor = scatter.hypot(SYSTEMATIC).min(300.0).exp();
         (value, [value / factor, value * factor])
     }
 }

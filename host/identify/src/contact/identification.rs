@@ -16,6 +16,9 @@ use std::path::Path;
 /// Difference of the Bayes information criterion from which a law counts as better than another (Kass and Raftery 1995).
 const CLEARLY_BETTER: f64 = 6.0;
 
+/// Relative error of the force from which no law describes the contact.
+const INADEQUATE: f64 = 0.1;
+
 /// Options of the identification of a contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactOptions {
@@ -107,6 +110,14 @@ impl ContactIdentification {
         match &self.found {
             FoundContact::Touches(found) => &found.touches.notes,
             FoundContact::Tosses(found) => &found.tosses.notes,
+        }
+    }
+
+    /// Returns the relative error of the force, if it is too large for the law to describe the contact.
+    pub fn inadequate(&self) -> Option<f64> {
+        match &self.found {
+            FoundContact::Touches(found) => Some(found.best().error).filter(|error| *error > INADEQUATE),
+            FoundContact::Tosses(_) => None,
         }
     }
 

@@ -85,7 +85,13 @@ fn headline(found: &ContactIdentification) -> String {
         FoundContact::Tosses(_) => String::new(),
     };
     let list = |keys: &[&str]| if keys.is_empty() { "none".to_owned() } else { keys.join(", ") };
-    format!("{law}Determined: {}. Not determined: {}.", list(&determined), list(&open))
+    let inadequate = found.inadequate().map_or(String::new(), |error| {
+        let percent = digits_of(100.0 * error, 3);
+        format!(
+            "Model inadequate: no law describes the force to better than {percent} %; intervals do not cover that. "
+        )
+    });
+    format!("{inadequate}{law}Determined: {}. Not determined: {}.", list(&determined), list(&open))
 }
 
 fn law_words(own: &FoundLaw) -> String {
@@ -282,7 +288,7 @@ fn histogram(label: &str, series: &[(&Vec<f64>, softdock_analysis::plots::figure
 pub fn summary(found: &ContactIdentification) -> Value {
     let common = json!({
         "schema": "contact-identification/1", "rig": found.id, "law": found.law(), "headline": headline(found),
-        "complete": found.is_complete(), "estimates": found.estimates(), "source": source(found), "notes": found.notes(),
+        "complete": found.is_complete(), "adequate": found.inadequate().is_none(), "estimates": found.estimates(), "source": source(found), "notes": found.notes(),
     });
     let own = match &found.found {
         FoundContact::Touches(own) => {

@@ -57,6 +57,13 @@ impl Touch {
         -self.motion[self.first * self.finer].velocity.z
     }
 
+    /// Returns the way into the plate from the first contact to the greatest force \[m\].
+    fn deepest(&self) -> f64 {
+        let greatest =
+            (self.first..self.force.len()).max_by(|one, two| self.force[*one][2].total_cmp(&self.force[*two][2]));
+        self.at(self.first).position.z - self.at(greatest.expect("a touch has samples")).position.z
+    }
+
     /// Returns the motion at a sample of the force.
     pub fn at(&self, sample: usize) -> PointMotion {
         self.motion[sample * self.finer]
@@ -100,6 +107,16 @@ impl Touches {
                 "check the column and the sign of `force.z` in [log]: it is the force of the plate on the body, out of \
                  the plate",
             ));
+        }
+        let outwards = all.iter().filter(|touch| touch.deepest() <= 0.0).count();
+        if 2 * outwards > all.len() {
+            let what = format!(
+                "in {outwards} of {} touches the point moves out of the plate while the force rises",
+                all.len()
+            );
+            let remedy =
+                "check the sign of `position.z` in [log]: it points out of the plate; a depth needs scale = -1";
+            return Err(DiagnosisError::unfit(what, remedy));
         }
         hold_out_evenly(&mut all, hold_out)?;
         Ok(Self { all, lateral, notes })

@@ -244,3 +244,27 @@ fn friction_is_found_where_the_tip_slides_and_only_there() {
     let stuck = found("stuck.csv", 2e-6);
     assert_open(&stuck, "friction");
 }
+
+/// A force that grows on the way back, which no law does: the answer states that the model is inadequate.
+#[test]
+fn force_that_follows_no_law_is_reported_as_inadequate() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let law = |x: f64, v: f64, _: f64| 2e5 * x * if v > 0.0 { 0.3 } else { 1.0 };
+    let one = |number: usize| write(folder.path(), &format!("odd{number}"), &press(&law, 1e-3, 0.5), [1e-7, 0.5]);
+    let found = identified(&(0..4).map(one).collect::<Vec<_>>(), None);
+    assert!(found.inadequate().is_some_and(|error| error > 0.1));
+    let files = contact_files(&found, "command").expect("files").files;
+    assert!(files.iter().all(|file| file.text.contains("nadequate") || file.text.contains("\"adequate\": false")));
+}
+
+/// A position in the wrong direction is an error, not a negative stiffness.
+#[test]
+fn wrong_sign_of_the_position_is_rejected() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let law = |x: f64, _: f64, _: f64| 2e5 * x;
+    let rows: Vec<[f64; 2]> = press(&law, 1e-3, 0.5).into_iter().map(|[x, f]| [-x, f]).collect();
+    let log = write(folder.path(), "press", &rows, [1e-7, 0.5]);
+    let options = ContactOptions { hold_out: 0.0, law: None, seed: 1 };
+    let error = identify_contact(&rig(), &[&log], &options).err().expect("an error");
+    assert!(error.to_string().contains("out of the plate") && error.remedy().contains("scale = -1"), "{error}");
+}
