@@ -3,7 +3,7 @@
 //! All three give the same bits as f64 itself: every operation is exactly rounded and `mul_add` is fused on all.
 //! Explicit types, since loops over arrays do not vectorise reliably.
 
-use crate::contact::mesh::Table;
+use crate::lookup::LookupTable;
 use crate::real::{ONES, Real};
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
@@ -165,7 +165,7 @@ macro_rules! bitwise {
 macro_rules! lane_by_lane {
     () => {
         #[inline(always)]
-        fn look_up(table: &Table, index: Self, step: usize) -> Self {
+        fn look_up(table: &LookupTable, index: Self, step: usize) -> Self {
             let (index, mut out) = (index.to_array(), [0.0; WIDTH]);
             for lane in 0..WIDTH {
                 out[lane] = table.at(index[lane], step);

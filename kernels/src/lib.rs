@@ -18,6 +18,7 @@ pub mod impedance;
 pub mod joint_level;
 pub mod lanes;
 pub mod load;
+pub mod lookup;
 pub mod manipulator;
 pub mod material;
 pub mod math;

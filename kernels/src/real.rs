@@ -1,6 +1,6 @@
 //! The scalar that the physics is written in: f64, a lane vector of f64, or a symbol of the tracer.
 
-use crate::contact::mesh::Table;
+use crate::lookup::LookupTable;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 /// A real number, or several at once, or a name for one.
@@ -45,7 +45,7 @@ pub trait Real:
     /// `2^self` for a whole number in the normal exponent range.
     fn exp2_whole(self) -> Self;
     /// Number `index + step` of a table, for a whole number `index` from 0 on; beyond the table its last one.
-    fn look_up(table: &Table, index: Self, step: usize) -> Self;
+    fn look_up(table: &LookupTable, index: Self, step: usize) -> Self;
 
     /// The smaller value.
     #[inline(always)]
@@ -137,7 +137,7 @@ impl Real for f64 {
         f64::from_bits((self + (ONES + 1023.0)).to_bits() << 52)
     }
     #[inline(always)]
-    fn look_up(table: &Table, index: Self, step: usize) -> Self {
+    fn look_up(table: &LookupTable, index: Self, step: usize) -> Self {
         table.at(index, step)
     }
 }

@@ -10,7 +10,7 @@ use softdock_kernels::params::Params;
 use softdock_kernels::plant::Plant;
 use softdock_kernels::space::{Motion, Parts, Wrench};
 use softdock_kernels::vector::{Pose, Quat, Vec3, vec3};
-use softdock_mesh::{Fault, Options, Triangles, prepare, report};
+use softdock_mesh::{MeshFault, Options, Triangles, prepare, report};
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
@@ -74,8 +74,8 @@ pub(crate) fn block_with_cone([mouth, bottom, depth]: [f64; 3], outer: f64, segm
     revolved(&[[depth, 0.0], [depth, bottom], [0.0, mouth], [0.0, outer], [back, outer], [back, 0.0]], segments)
 }
 
-fn solid_of(triangles: &Triangles) -> softdock_mesh::Solid {
-    softdock_mesh::Solid::check(triangles).expect("a closed surface")
+fn solid_of(triangles: &Triangles) -> softdock_mesh::ClosedMesh {
+    softdock_mesh::ClosedMesh::check(triangles).expect("a closed surface")
 }
 
 /// A mesh with so many cells along its longest edge, for points of a radius, with so many points of its own.
@@ -446,10 +446,10 @@ fn report_states_volume_mass_and_error_of_the_grid() {
 #[test]
 fn surfaces_without_an_inside_are_refused() {
     let whole = cuboid(vec3(0.01, 0.02, 0.03));
-    let refused = |change: fn(&mut Triangles)| -> Fault {
+    let refused = |change: fn(&mut Triangles)| -> MeshFault {
         let mut changed = whole.clone();
         change(&mut changed);
-        softdock_mesh::Solid::check(&changed).expect_err("refused")
+        softdock_mesh::ClosedMesh::check(&changed).expect_err("refused")
     };
     let cases = [
         ("hole", refused(|m| m.triangles.truncate(11))),

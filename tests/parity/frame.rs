@@ -182,8 +182,9 @@ const WHOLE: &str = "probe_drogue";
 /// Robots with joints, and what is run on them.
 const JOINTS: &str = "smoke_joint";
 const ON_JOINTS: [&str; 5] = ["take_command", "move_robots", "push_robots", "place_robots", "slice"];
-/// What is run on meshes: the loops over their shells.
-const ON_MESHES: [&str; 3] = ["touch_space", "touch_facility", "reset_contacts"];
+/// What is run on meshes: the loops over their shells. Those of `touch_space` have the same text, on states of which half
+/// are badly conditioned: many points near their touch.
+const ON_MESHES: [&str; 2] = ["touch_facility", "reset_contacts"];
 /// What those that have a compensator are run for besides.
 const COMPENSATING: [&str; 5] = ["tick_facility", "receive_wrench", "compensated_wrench", "reset", "slice"];
 /// What the short check runs on a case: the functions that call all others, and two that have compensators.

@@ -4,7 +4,7 @@
 //! of Numerical Algorithms, 2nd ed., 3.3, gives the running error analysis that it follows). Where a comparison or a
 //! floor is too close to call, both outcomes are joined, so that no sample has to be left out.
 
-use softdock_kernels::contact::mesh::Table;
+use softdock_kernels::lookup::LookupTable;
 use softdock_kernels::real::Real;
 use softdock_tracer::trace::{Graph, Op};
 
@@ -88,7 +88,7 @@ pub(crate) fn evaluate(graph: &Graph, inputs: &[f64]) -> Vec<Value> {
 }
 
 /// A number of a table; where the index is too close to call, any that it may reach.
-fn looked_up(table: &Table, index: Value, step: usize) -> Value {
+fn looked_up(table: &LookupTable, index: Value, step: usize) -> Value {
     let value = table.at(index.value, step);
     // An index is a whole number, whatever the enclosure of its sum.
     let [low, high] = [index.low, index.high].map(|end| end.max(0.0).round() as usize);

@@ -119,7 +119,7 @@ pub(crate) const MESHED: &str = "smoke, meshes";
 /// A ball of triangles on the probe, and the drogue as a mesh: points and shells against grids, shells of both parts.
 fn meshed(model: &mut Model) {
     let solid = |triangles: &Triangles, points: usize, margin: f64, position: Vec3<f64>| {
-        let solid = softdock_mesh::Solid::check(triangles).expect("a closed surface");
+        let solid = softdock_mesh::ClosedMesh::check(triangles).expect("a closed surface");
         let options = Options { resolution: Some(3e-3), margin, points, patch: 4e-4 };
         let mesh = prepare(&solid, &options).expect("a grid");
         let attitude = Quat::from_rotation_vector(vec3(0.2, -0.1, 0.05));
@@ -551,7 +551,7 @@ fn bundle<const N: usize>(
         "ShellPoint" => {
             // Every other sample one of the deepest.
             let points = &s.shells[index % s.shells.len()].points;
-            let among = if index / 2 % 2 == 0 { points.len().min(6) } else { points.len() };
+            let among = if (index / 2).is_multiple_of(2) { points.len().min(6) } else { points.len() };
             flat(&points[(draws.uniform() * among as f64) as usize])
         }
         "Actuation" => {

@@ -76,8 +76,10 @@ fn groups(functions: &[Function]) -> Vec<&[Function]> {
 
 /// Returns an entry point that calls every function once on inputs and stores the concatenated results.
 fn module(kernel: &Kernel, functions: &[Function]) -> String {
-    // Bindings have no gaps.
-    let mut text = kernel.text.replace(TABLES, &TABLES.replace("binding(6)", "binding(2)"));
+    // Bindings have no gaps: the tables take the place of the inputs, which no stage reads.
+    let inputs = "@binding(2) var<storage, read> inputs";
+    let mut text = kernel.text.replace(inputs, &inputs.replace('2', "7"));
+    text = text.replace(TABLES, &TABLES.replace("binding(6)", "binding(2)"));
     text += "\n@group(0) @binding(0) var<storage, read_write> given: array<f32>;\n\
              @group(0) @binding(1) var<storage, read_write> results: array<f32>;\n\n\
              @compute @workgroup_size(64)\nfn try_stages(@builtin(global_invocation_id) id: vec3u) {\n";

@@ -11,7 +11,7 @@ use softdock_kernels::contact::mesh::Mesh;
 use softdock_kernels::model::{Model, PartShape, Shape};
 use softdock_kernels::plant::part_points;
 use softdock_kernels::range::{LENGTH, Range};
-use softdock_mesh::{DEFAULT_POINTS, Fault, Format, MOST_POINTS, Options, Report, Solid, Triangles};
+use softdock_mesh::{ClosedMesh, DEFAULT_POINTS, Format, MOST_POINTS, MeshFault, MeshReport, Options, Triangles};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, OnceLock, Weak};
@@ -36,7 +36,7 @@ pub(crate) struct MeshFile {
     key: String,
     path: PathBuf,
     bytes: Arc<[u8]>,
-    report: Report,
+    report: MeshReport,
 }
 
 impl MeshFile {
@@ -64,7 +64,7 @@ impl MeshFile {
 }
 
 /// Prepared meshes by the hash of file and options: variants of a campaign share them.
-type Known = Mutex<HashMap<String, (Weak<Mesh>, Report)>>;
+type Known = Mutex<HashMap<String, (Weak<Mesh>, MeshReport)>>;
 
 fn known() -> &'static Known {
     static KNOWN: OnceLock<Known> = OnceLock::new();
@@ -167,14 +167,14 @@ fn prepared(
     unit: f64,
     options: &Options,
     density: Option<f64>,
-) -> Result<(Arc<Mesh>, Report), Fault> {
+) -> Result<(Arc<Mesh>, MeshReport), MeshFault> {
     let what = format!("{} {format:?} {unit} {options:?} {density:?}", blake3::hash(bytes).to_hex());
     if let Some((mesh, report)) = known().lock().expect("no holder panics").get(&what)
         && let Some(mesh) = mesh.upgrade()
     {
         return Ok((mesh, *report));
     }
-    let solid = Solid::check(&Triangles::read(bytes, format, unit)?)?;
+    let solid = ClosedMesh::check(&Triangles::read(bytes, format, unit)?)?;
     let mesh = Arc::new(softdock_mesh::prepare(&solid, options)?);
     let report = softdock_mesh::report(&solid, &mesh, density);
     known().lock().expect("no holder panics").insert(what, (Arc::downgrade(&mesh), report));
@@ -249,7 +249,10 @@ pub(crate) fn lines(files: &[MeshFile], model: &Model) -> Vec<String> {
             ));
         }
         lines.extend(r.mass.map(|mass| {
-            let (centre, i) = (mass.centre.map(|length| length * 1e3), mass.inertia);
+            // Rounding of products that vanish by symmetry.
+            let least = 1e-12 * mass.inertia.xx.max(mass.inertia.yy);
+            let i = mass.inertia.map(|product| if product.abs() < least { 0.0 } else { product });
+            let centre = mass.centre.map(|length| length * 1e3);
             format!(
                 "  mass {:.4e} kg, centre ({:.3}, {:.3}, {:.3}) mm, inertia about it xx {:.4e} yy {:.4e} zz {:.4e} xy {:.4e} xz {:.4e} yz {:.4e} kg m^2",
                 mass.mass, centre.x, centre.y, centre.z, i.xx, i.yy, i.zz, i.xy, i.xz, i.yz

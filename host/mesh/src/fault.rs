@@ -2,14 +2,14 @@
 
 /// Why a mesh cannot be a contact part.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Fault {
+pub struct MeshFault {
     /// What is wrong, where, with the value.
     pub message: String,
     /// What to do.
     pub remedy: String,
 }
 
-impl Fault {
+impl MeshFault {
     pub(crate) fn new(message: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self { message: message.into(), remedy: remedy.into() }
     }

@@ -1,11 +1,12 @@
 //! The grid of signed distances of a mesh.
 
-use crate::fault::Fault;
-use crate::solid::Solid;
+use crate::fault::MeshFault;
+use crate::solid::ClosedMesh;
 use crate::{Options, of_parry, to_parry};
 use parry3d::query::{PointQuery, PointQueryWithLocation};
 use rayon::prelude::*;
-use softdock_kernels::contact::mesh::{Grid, Table};
+use softdock_kernels::contact::mesh::Grid;
+use softdock_kernels::lookup::LookupTable;
 use softdock_kernels::vector::vec3;
 
 /// Cells along the longest edge of a mesh, unless a resolution is stated.
@@ -24,7 +25,7 @@ const RIM: f64 = 2.0;
 const ROUNDING: f64 = 1.0 + 1e-9;
 
 /// The grid, and the greatest depth inside the mesh \[m\].
-pub(crate) fn grid(solid: &Solid, options: &Options) -> Result<(Grid, f64), Fault> {
+pub(crate) fn grid(solid: &ClosedMesh, options: &Options) -> Result<(Grid, f64), MeshFault> {
     let [low, high] = solid.bounds();
     let size = high - low;
     let longest = size.x.max(size.y).max(size.z);
@@ -39,7 +40,7 @@ pub(crate) fn grid(solid: &Solid, options: &Options) -> Result<(Grid, f64), Faul
             let message = format!("a resolution of {:.4} mm gives {:.0} nodes", cell * 1e3, count(cell));
             let remedy =
                 format!("write a resolution of at least \"{:.4} mm\": {MOST_NODES} nodes at most", least * 1e3);
-            return Err(Fault::new(message, remedy));
+            return Err(MeshFault::new(message, remedy));
         }
         Some(cell) => cell,
         None => coarsened(longest / DEFAULT_CELLS, MOST_DEFAULT_NODES, count),
@@ -60,7 +61,7 @@ pub(crate) fn grid(solid: &Solid, options: &Options) -> Result<(Grid, f64), Faul
         .collect();
     let values = layers.concat();
     let deepest = values.iter().copied().fold(0.0, f32::min);
-    let table = Table { values: values.into(), offset: 0 };
+    let table = LookupTable { values: values.into(), offset: 0 };
     Ok((Grid { origin, cell, nodes, margin: options.margin + cell, table }, -f64::from(deepest)))
 }
 
@@ -74,7 +75,7 @@ fn coarsened(cell: f64, most: usize, count: impl Fn(f64) -> f64) -> f64 {
 }
 
 /// Distances along x. The nearest triangle of a node is most often that of the next: its distance bounds the search.
-fn row(solid: &Solid, start: softdock_kernels::vector::Vec3<f64>, cell: f64, nodes: usize) -> Vec<f32> {
+fn row(solid: &ClosedMesh, start: softdock_kernels::vector::Vec3<f64>, cell: f64, nodes: usize) -> Vec<f32> {
     let (mesh, mut last) = (solid.mesh(), None);
     let at = |index: usize| start + vec3(index as f64 * cell, 0.0, 0.0);
     let of = |index: usize| {

@@ -1,6 +1,6 @@
 //! Meshes of contact parts: read from STL and OBJ, checked, made into what the kernels need.
 //!
-//! [`Triangles::read`] gives corners and triangles in metres, [`Solid::check`] refuses what has no inside, and
+//! [`Triangles::read`] gives corners and triangles in metres, [`ClosedMesh::check`] refuses what has no inside, and
 //! [`prepare`] makes the grid of distances and the shell of contact points. The only crate with parry3d.
 
 mod fault;
@@ -10,11 +10,11 @@ mod shell;
 mod solid;
 mod triangles;
 
-pub use fault::Fault;
+pub use fault::MeshFault;
 pub use grid::{DEFAULT_CELLS, MOST_NODES};
-pub use report::{Report, report};
+pub use report::{MeshReport, report};
 pub use shell::{DEFAULT_POINTS, MOST_POINTS};
-pub use solid::{MassProperties, Solid};
+pub use solid::{ClosedMesh, MassProperties};
 pub use triangles::{Format, MOST_TRIANGLES, Triangles, ascii_stl};
 
 use parry3d::math::Vector;
@@ -38,7 +38,7 @@ pub struct Options {
 ///
 /// # Errors
 /// If the grid has more than [`MOST_NODES`] nodes.
-pub fn prepare(solid: &Solid, options: &Options) -> Result<Mesh, Fault> {
+pub fn prepare(solid: &ClosedMesh, options: &Options) -> Result<Mesh, MeshFault> {
     let (grid, half_thickness) = grid::grid(solid, options)?;
     let [low, high] = solid.bounds();
     let centre = (low + high) * 0.5;

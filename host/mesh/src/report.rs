@@ -1,6 +1,6 @@
 //! What `check` states of a mesh: size, memory, and how well its grid keeps its surface.
 
-use crate::solid::{MassProperties, Solid};
+use crate::solid::{ClosedMesh, MassProperties};
 use softdock_kernels::contact::mesh::Mesh;
 use softdock_kernels::vector::Vec3;
 
@@ -12,7 +12,7 @@ const NEAR_EDGE: f64 = 2.0;
 
 /// Numbers of a prepared mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Report {
+pub struct MeshReport {
     /// Triangles.
     pub triangles: usize,
     /// Volume \[m^3\].
@@ -37,7 +37,7 @@ pub struct Report {
     pub mass: Option<MassProperties>,
 }
 
-impl Report {
+impl MeshReport {
     /// A resolution at which the faces are as accurate as `error` \[m\]: their error goes with the square of the cell.
     pub fn resolution_for(&self, error: f64) -> f64 {
         self.cell * (error / self.error_of_faces.max(f64::MIN_POSITIVE)).sqrt()
@@ -45,7 +45,7 @@ impl Report {
 }
 
 /// Compares a prepared mesh with its surface; `density` in kg/m^3.
-pub fn report(solid: &Solid, mesh: &Mesh, density: Option<f64>) -> Report {
+pub fn report(solid: &ClosedMesh, mesh: &Mesh, density: Option<f64>) -> MeshReport {
     let [low, high] = solid.bounds();
     let edges = sharp_edges(mesh);
     let (mut of_faces, mut of_edges) = (0.0_f64, 0.0_f64);
@@ -59,7 +59,7 @@ pub fn report(solid: &Solid, mesh: &Mesh, density: Option<f64>) -> Report {
         of_edges = of_edges.max(mesh.grid.read(*place).distance.abs());
     }
     let words = mesh.grid.table.values.len() + softdock_kernels::contact::mesh::SHELL_WORDS * mesh.shell.len();
-    Report {
+    MeshReport {
         triangles: solid.triangles(),
         volume: solid.volume(),
         area: solid.area(),

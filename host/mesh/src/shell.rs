@@ -3,7 +3,7 @@
 //! Faces are parts of the surface between sharp edges. Each face has points of its own, also on its edges, with the area
 //! of the pieces of the face that are nearest to them: all areas together are the surface, whatever the number of points.
 
-use crate::solid::Solid;
+use crate::solid::ClosedMesh;
 use crate::{of_parry, to_parry};
 use parry3d::query::PointQuery;
 use softdock_kernels::contact::mesh::ShellPoint;
@@ -43,14 +43,14 @@ struct Face {
 }
 
 /// About so many points; `patch` has the whole stiffness \[m^2\].
-pub(crate) fn shell(solid: &Solid, points: usize, patch: f64) -> Vec<ShellPoint<f64>> {
+pub(crate) fn shell(solid: &ClosedMesh, points: usize, patch: f64) -> Vec<ShellPoint<f64>> {
     let spacing = (solid.area() / points as f64).sqrt();
     let faces = faces(solid, spacing);
     faces.iter().flat_map(|face| face_points(solid, face, spacing, patch)).collect()
 }
 
 /// Points of a face: those of its rim, then always the piece that is farthest from all.
-fn face_points(solid: &Solid, face: &Face, spacing: f64, patch: f64) -> Vec<ShellPoint<f64>> {
+fn face_points(solid: &ClosedMesh, face: &Face, spacing: f64, patch: f64) -> Vec<ShellPoint<f64>> {
     let mut places: Vec<Vec3<f64>> = face.rim.clone();
     let mut nearest = vec![(f64::MAX, 0); face.pieces.len()];
     let join = |nearest: &mut [(f64, usize)], number: usize, place: Vec3<f64>| {
@@ -94,12 +94,12 @@ fn face_points(solid: &Solid, face: &Face, spacing: f64, patch: f64) -> Vec<Shel
     out
 }
 
-fn on_surface(solid: &Solid, place: Vec3<f64>) -> Vec3<f64> {
+fn on_surface(solid: &ClosedMesh, place: Vec3<f64>) -> Vec3<f64> {
     of_parry(solid.mesh().project_local_point(to_parry(place), false).point)
 }
 
 /// The faces with their pieces and the points of their rims.
-fn faces(solid: &Solid, spacing: f64) -> Vec<Face> {
+fn faces(solid: &ClosedMesh, spacing: f64) -> Vec<Face> {
     let (mesh, indices) = (solid.mesh(), solid.mesh().indices());
     let corners: Vec<Vec3<f64>> = mesh.vertices().iter().map(|vertex| of_parry(*vertex)).collect();
     let normals: Vec<Vec3<f64>> =

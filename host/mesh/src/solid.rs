@@ -1,6 +1,6 @@
 //! A mesh that has an inside: closed, oriented outwards, free of crossings.
 
-use crate::fault::Fault;
+use crate::fault::MeshFault;
 use crate::triangles::Triangles;
 use crate::{of_parry, place, to_parry};
 use parry3d::math::Vector;
@@ -14,7 +14,7 @@ const FLAT: f64 = 1e-9;
 
 /// A checked mesh.
 #[derive(Clone, Debug)]
-pub struct Solid {
+pub struct ClosedMesh {
     mesh: TriMesh,
     volume: f64,
 }
@@ -30,27 +30,27 @@ pub struct MassProperties {
     pub inertia: Sym3<f64>,
 }
 
-impl Solid {
+impl ClosedMesh {
     /// Checks a mesh.
     ///
     /// # Errors
     /// If it has a hole, an edge of more than two triangles, neighbours that are oriented against each other, no volume,
     /// an inside that is outside, or triangles that cross.
-    pub fn check(triangles: &Triangles) -> Result<Self, Fault> {
+    pub fn check(triangles: &Triangles) -> Result<Self, MeshFault> {
         closed(triangles)?;
         let volume = volume(triangles);
         let size = extent(triangles);
         if volume.abs() <= FLAT * size * size * size {
             let remedy = "give the part a thickness, or use `shape = \"plane\"` for a wall";
-            return Err(Fault::new(format!("the mesh has a volume of {:.3e} mm^3", volume * 1e9), remedy));
+            return Err(MeshFault::new(format!("the mesh has a volume of {:.3e} mm^3", volume * 1e9), remedy));
         }
         if volume < 0.0 {
             let message = format!("the normals point inwards: the mesh has a volume of {:.4e} mm^3", volume * 1e9);
-            return Err(Fault::new(message, "flip the orientation of all faces, and export the part again"));
+            return Err(MeshFault::new(message, "flip the orientation of all faces, and export the part again"));
         }
         let vertices: Vec<Vector> = triangles.vertices.iter().map(|vertex| to_parry(*vertex)).collect();
         let mesh = TriMesh::with_flags(vertices, triangles.triangles.clone(), TriMeshFlags::ORIENTED)
-            .map_err(|error| Fault::new(format!("this is no mesh of a solid: {error}"), REPAIR))?;
+            .map_err(|error| MeshFault::new(format!("this is no mesh of a solid: {error}"), REPAIR))?;
         let solid = Self { mesh, volume };
         solid.free_of_crossings()?;
         Ok(solid)
@@ -100,7 +100,7 @@ impl Solid {
     }
 
     /// Refuses triangles that cross others which share no corner with them.
-    fn free_of_crossings(&self) -> Result<(), Fault> {
+    fn free_of_crossings(&self) -> Result<(), MeshFault> {
         let indices = self.mesh.indices();
         for (number, triangle) in self.mesh.triangles().enumerate() {
             let own = indices[number];
@@ -112,7 +112,7 @@ impl Solid {
                 if let Some(at) = crossing(&triangle, &self.mesh.triangle(other)) {
                     let (one, two, at) = (number + 1, other + 1, place(of_parry(at)));
                     let message = format!("triangles {one} and {two} cross at {at}: the mesh intersects itself");
-                    return Err(Fault::new(
+                    return Err(MeshFault::new(
                         message,
                         "unite overlapping bodies in the CAD program, and export them as one",
                     ));
@@ -137,7 +137,7 @@ fn crossing(one: &Triangle, two: &Triangle) -> Option<Vector> {
 }
 
 /// Every edge has two triangles, which run along it in opposite directions.
-fn closed(mesh: &Triangles) -> Result<(), Fault> {
+fn closed(mesh: &Triangles) -> Result<(), MeshFault> {
     let mut edges: HashMap<[u32; 2], [usize; 2]> = HashMap::new();
     for triangle in &mesh.triangles {
         for k in 0..3 {
@@ -157,14 +157,14 @@ fn closed(mesh: &Triangles) -> Result<(), Fault> {
     if let Some(edge) = first(is_open) {
         let message =
             format!("the mesh has a hole: {} edges have one triangle, the first {}", count(is_open), at(edge));
-        return Err(Fault::new(message, REPAIR));
+        return Err(MeshFault::new(message, REPAIR));
     }
     let is_branched = |sides: &[usize; 2]| sides[0] + sides[1] > 2;
     if let Some(edge) = first(is_branched) {
         let (count, at) = (count(is_branched), at(edge));
         let message =
             format!("the mesh has no unique inside: {count} edges have more than two triangles, the first {at}");
-        return Err(Fault::new(
+        return Err(MeshFault::new(
             message,
             "unite bodies that share an edge, or separate them, and export the part again",
         ));
@@ -174,7 +174,10 @@ fn closed(mesh: &Triangles) -> Result<(), Fault> {
         let (count, at) = (count(is_turned), at(edge));
         let message =
             format!("neighbouring triangles are oriented against each other along {count} edges, the first {at}");
-        return Err(Fault::new(message, "let the CAD program orient all faces outwards, and export the part again"));
+        return Err(MeshFault::new(
+            message,
+            "let the CAD program orient all faces outwards, and export the part again",
+        ));
     }
     Ok(())
 }

@@ -1,6 +1,6 @@
 //! Corners and triangles of a mesh file, in metres.
 
-use crate::fault::Fault;
+use crate::fault::MeshFault;
 use softdock_kernels::vector::{Vec3, vec3};
 use std::collections::HashMap;
 use std::io::Cursor;
@@ -46,21 +46,21 @@ impl Triangles {
     ///
     /// # Errors
     /// If the bytes are no file of this format, a number is not finite, or there are no or too many triangles.
-    pub fn read(bytes: &[u8], format: Format, unit: f64) -> Result<Self, Fault> {
+    pub fn read(bytes: &[u8], format: Format, unit: f64) -> Result<Self, MeshFault> {
         let corners = match format {
             Format::Stl => stl(bytes),
             Format::Obj => obj(bytes),
         }?;
         if corners.is_empty() {
-            return Err(Fault::new("the file has no triangles", EXPORT));
+            return Err(MeshFault::new("the file has no triangles", EXPORT));
         }
         if corners.len() > MOST_TRIANGLES {
             let remedy = format!("simplify the mesh to at most {MOST_TRIANGLES} triangles");
-            return Err(Fault::new(format!("the file has {} triangles", corners.len()), remedy));
+            return Err(MeshFault::new(format!("the file has {} triangles", corners.len()), remedy));
         }
         if let Some(index) = corners.iter().position(|corners| corners.iter().flatten().any(|c| !c.is_finite())) {
             let message = format!("triangle {} has a corner that is not finite", index + 1);
-            return Err(Fault::new(message, EXPORT));
+            return Err(MeshFault::new(message, EXPORT));
         }
         Ok(Self::of(corners.into_iter().map(|corners| corners.map(|[x, y, z]| vec3(x, y, z) * unit))))
     }
@@ -91,7 +91,7 @@ impl Triangles {
 ///
 /// # Errors
 /// If the bytes are no STL file.
-pub fn ascii_stl(bytes: &[u8]) -> Result<String, Fault> {
+pub fn ascii_stl(bytes: &[u8]) -> Result<String, MeshFault> {
     let mut text = String::from("solid mesh\n");
     for corners in stl(bytes)? {
         text += "facet normal 0 0 0\nouter loop\n";
@@ -105,8 +105,8 @@ pub fn ascii_stl(bytes: &[u8]) -> Result<String, Fault> {
 
 type Corners = Vec<[[f64; 3]; 3]>;
 
-fn stl(bytes: &[u8]) -> Result<Corners, Fault> {
-    let fault = |error: std::io::Error| Fault::new(format!("this is no STL file: {error}"), EXPORT);
+fn stl(bytes: &[u8]) -> Result<Corners, MeshFault> {
+    let fault = |error: std::io::Error| MeshFault::new(format!("this is no STL file: {error}"), EXPORT);
     let mut cursor = Cursor::new(bytes);
     let triangles = stl_io::create_stl_reader(&mut cursor).map_err(fault)?;
     // One more than allowed is enough to refuse.
@@ -115,11 +115,11 @@ fn stl(bytes: &[u8]) -> Result<Corners, Fault> {
     Ok(read.map_err(fault)?.into_iter().map(corners).collect())
 }
 
-fn obj(bytes: &[u8]) -> Result<Corners, Fault> {
+fn obj(bytes: &[u8]) -> Result<Corners, MeshFault> {
     let options = tobj::LoadOptions { triangulate: true, ..Default::default() };
     // Materials have no part in a contact.
     let (models, _) = tobj::load_obj_buf(&mut Cursor::new(bytes), &options, |_| Ok(Default::default()))
-        .map_err(|error| Fault::new(format!("this is no OBJ file: {error}"), EXPORT))?;
+        .map_err(|error| MeshFault::new(format!("this is no OBJ file: {error}"), EXPORT))?;
     let mut out = Corners::new();
     for mesh in models.iter().map(|model| &model.mesh) {
         let corner = |index: u32| -> Option<[f64; 3]> {
@@ -130,7 +130,7 @@ fn obj(bytes: &[u8]) -> Result<Corners, Fault> {
         for triangle in mesh.indices.chunks_exact(3) {
             let corners = [corner(triangle[0]), corner(triangle[1]), corner(triangle[2])];
             let [Some(a), Some(b), Some(c)] = corners else {
-                return Err(Fault::new("a face names a vertex that the file does not have", EXPORT));
+                return Err(MeshFault::new("a face names a vertex that the file does not have", EXPORT));
             };
             out.push([a, b, c]);
         }

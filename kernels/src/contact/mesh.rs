@@ -1,9 +1,9 @@
 //! Meshes as solids: a grid of signed distances, and a shell of contact points with their areas; made by the loader.
 
 use crate::bundle;
+use crate::lookup::LookupTable;
 use crate::real::Real;
 use crate::vector::{Vec3, vec3};
-use std::sync::Arc;
 
 bundle! {
     /// A contact point of a mesh's shell: a place on its surface that stands for the area around it.
@@ -17,25 +17,6 @@ bundle! {
 /// Words of a shell point in the kernels' tables.
 pub const SHELL_WORDS: usize = 8;
 
-/// Numbers that a stage reads by an index that it computes. The kernels have those of all meshes in one buffer.
-///
-/// They are single precision on every backend, so that all read the same.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Table {
-    /// The numbers; at least one.
-    pub values: Arc<[f32]>,
-    /// Place of the first in the kernels' buffer.
-    pub offset: usize,
-}
-
-impl Table {
-    /// Number `index + step`, the last one beyond the end.
-    #[inline(always)]
-    pub fn at(&self, index: f64, step: usize) -> f64 {
-        f64::from(self.values[(index as usize + step).min(self.values.len() - 1)])
-    }
-}
-
 /// Signed distances (positive outside) at the nodes of a grid of cubes, x fastest.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grid {
@@ -48,7 +29,7 @@ pub struct Grid {
     /// The mesh is at least so far from the grid's faces \[m\].
     pub margin: f64,
     /// The distances \[m\].
-    pub table: Table,
+    pub table: LookupTable,
 }
 
 /// Distance at a point and its gradient, both of the interpolation.
@@ -154,7 +135,7 @@ mod tests {
         let places = (0..nodes[2]).flat_map(|z| (0..nodes[1]).flat_map(move |y| (0..nodes[0]).map(move |x| [x, y, z])));
         let at = |[x, y, z]: [usize; 3]| origin + vec3(x as f64, y as f64, z as f64) * cell;
         let values = places.map(|place| of(at(place)) as f32).collect::<Vec<_>>();
-        Grid { origin, cell, nodes, margin: 0.02, table: Table { values: values.into(), offset: 0 } }
+        Grid { origin, cell, nodes, margin: 0.02, table: LookupTable { values: values.into(), offset: 0 } }
     }
 
     #[test]

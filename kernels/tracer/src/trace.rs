@@ -3,7 +3,7 @@
 //! A [`Graph`] holds each distinct operation once (common subexpressions share a node), with constants folded and
 //! neutral operations dropped as it is built. What no result needs is never printed (see [`crate::wgsl`]).
 
-use softdock_kernels::contact::mesh::Table;
+use softdock_kernels::lookup::LookupTable;
 use softdock_kernels::real::Real;
 use std::cell::RefCell;
 use std::collections::HashMap;
@@ -83,7 +83,7 @@ pub struct Graph {
     /// The nodes that are the function's results.
     pub results: Vec<u32>,
     /// The tables that it reads.
-    pub tables: Vec<Table>,
+    pub tables: Vec<LookupTable>,
     known: HashMap<Op, u32>,
 }
 
@@ -168,7 +168,7 @@ impl Graph {
     }
 
     /// Place of a table among those that the function reads.
-    fn table(&mut self, table: &Table) -> u32 {
+    fn table(&mut self, table: &LookupTable) -> u32 {
         let known = self.tables.iter().position(|own| own.offset == table.offset);
         known.unwrap_or_else(|| {
             self.tables.push(table.clone());
@@ -393,7 +393,7 @@ impl Real for Sym {
     fn exp2_whole(self) -> Self {
         Self(push(Op::Exp2(self.0)))
     }
-    fn look_up(table: &Table, index: Self, step: usize) -> Self {
+    fn look_up(table: &LookupTable, index: Self, step: usize) -> Self {
         let table = GRAPH.with_borrow_mut(|graph| graph.table(table));
         Self(push(Op::LookUp { table, index: index.0, step: step as u32 }))
     }

@@ -528,7 +528,8 @@ fn draw_face(view: &mut View, frame: Pose<f64>, outline: &[[f64; 2]], rim: f64, 
 mod tests {
     use super::*;
     use softdock_campaign::load_scenario;
-    use softdock_kernels::contact::mesh::{Ball, Grid, Table};
+    use softdock_kernels::contact::mesh::{Ball, Grid};
+    use softdock_kernels::lookup::LookupTable;
     use softdock_kernels::model::{Model, Solid};
     use std::path::Path;
     use std::sync::Arc;
@@ -558,7 +559,7 @@ mod tests {
 
     /// A tetrahedron far from the nodes of its grid, which no figure reads but for the least distance.
     fn tetrahedron() -> Shape {
-        let table = Table { values: vec![0.1_f32; 8].into(), offset: 0 };
+        let table = LookupTable { values: vec![0.1_f32; 8].into(), offset: 0 };
         Shape::Mesh(Arc::new(Mesh {
             grid: Grid { origin: Vec3::splat(-0.1), cell: 0.5, nodes: [2; 3], margin: 0.1, table },
             shell: Vec::new(),
