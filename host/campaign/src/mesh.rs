@@ -121,15 +121,7 @@ fn one(c: &mut Checker, table: &SolidTable, key: String, margin: f64) -> Option<
         return None;
     };
     match prepared(&bytes, format, unit, &options, density) {
-        Ok((mesh, report)) => {
-            let size = report.size.norm();
-            if !SIZES.contains(size) {
-                let message = format!("the mesh is {} long: {}", millimetres(size), in_unit(table));
-                c.refuse(&file.span, message, "correct `unit`, or scale the mesh");
-                return None;
-            }
-            Some((Shape::Mesh(mesh), MeshFile { key, path, bytes, report }))
-        }
+        Ok((mesh, report)) => Some((Shape::Mesh(mesh), MeshFile { key, path, bytes, report })),
         Err(fault) => {
             c.refuse(&file.span, format!("`{}`: {}", path.display(), fault.message), fault.remedy);
             None
@@ -175,6 +167,13 @@ fn prepared(
         return Ok((mesh, *report));
     }
     let solid = ClosedMesh::check(&Triangles::read(bytes, format, unit)?)?;
+    // Before its grid, which would have far too many or too few nodes.
+    let [low, high] = solid.bounds();
+    let size = (high - low).norm();
+    if !SIZES.contains(size) {
+        let message = format!("the mesh is {} long: is its unit of length {} m?", millimetres(size), unit);
+        return Err(MeshFault { message, remedy: "correct `unit`, or scale the mesh".to_owned() });
+    }
     let mesh = Arc::new(softdock_mesh::prepare(&solid, options)?);
     let report = softdock_mesh::report(&solid, &mesh, density);
     known().lock().expect("no holder panics").insert(what, (Arc::downgrade(&mesh), report));
@@ -329,7 +328,7 @@ mod tests {
             (hole, SOLID.to_owned(), "file", "has a hole", "close holes"),
             (inwards.collect(), SOLID.to_owned(), "file", "normals point inwards", "flip the orientation"),
             (flat, SOLID.to_owned(), "file", "volume", "thickness"),
-            (CUBE.to_owned(), metres, "file", "is its unit of length \"m\"?", "correct `unit`"),
+            (CUBE.to_owned(), metres, "file", "is its unit of length 1 m?", "correct `unit`"),
             (CUBE.replace("100", "1e-2"), SOLID.to_owned(), "file", "unit of length", "correct `unit`"),
             (CUBE.to_owned(), SOLID.replace("cube.obj", "none.obj"), "file", "there is no file", "check the path"),
             (CUBE.to_owned(), SOLID.replace("cube.obj", "test.txt"), "file", "there is no file", "check the path"),
