@@ -10,7 +10,7 @@ use crate::metric::CustomMetric;
 use crate::ranges::MOST_RUNS;
 use crate::requirement::{AgreementRequirement, Requirement};
 use crate::scenario::Scenario;
-use crate::scenario_key::ScenarioKey;
+use crate::scenario_key::{Extra, ScenarioKey};
 use crate::variant::Variant;
 use softdock_kernels::effects::EffectSet;
 use softdock_kernels::fields::{Field, fields};
@@ -102,24 +102,6 @@ pub struct TracePlan {
     pub every_ticks: u32,
     /// Of which runs.
     pub keep: Vec<Keep>,
-}
-
-/// What a campaign draws besides parameters; its fields stand behind those of the parameters.
-#[derive(Clone, Debug)]
-pub(crate) enum Extra {
-    /// A variable of the campaign, by its name.
-    Variable(String),
-    /// A key of the scenario.
-    Key(ScenarioKey),
-}
-
-impl Extra {
-    pub(crate) fn field(&self) -> Field {
-        match self {
-            Self::Variable(name) => Field::new(name, "1", "variable of the campaign"),
-            Self::Key(key) => key.field(),
-        }
-    }
 }
 
 /// A checked campaign.

@@ -1,11 +1,10 @@
 //! What varies from run to run: distributions of parameters, and how they hang together.
 
-use crate::campaign::Extra;
 use crate::check::{Checker, span_of};
 use crate::covariance;
 use crate::distribution::{Distribution, kept_share};
 use crate::ranges::{in_words, legal, vector_name};
-use crate::scenario_key::{PREFIX, ScenarioKey};
+use crate::scenario_key::{Extra, PREFIX, ScenarioKey};
 use crate::source::Source;
 use crate::suggest::nearest;
 use crate::units::{noun, quantity, show, suggestions};

@@ -22,6 +22,7 @@ mod histogram;
 mod identified;
 mod inertia;
 pub mod inverse_kinematics;
+mod key_ends;
 mod load;
 pub mod manifest;
 mod mesh;

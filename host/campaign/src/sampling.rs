@@ -1,10 +1,11 @@
 //! Draws: the parameters of one run, a pure function of campaign, seed and run number.
 
-use crate::campaign::{Campaign, Extra, Method};
+use crate::campaign::{Campaign, Method};
 use crate::derived::with_derived;
 use crate::dispersion::Class;
 use crate::distribution::{normal_quantile, normal_share};
 use crate::problem::Problems;
+use crate::scenario_key::Extra;
 use softdock_kernels::fields::to_vec;
 use softdock_kernels::model::Model;
 use softdock_kernels::params::Params;
