@@ -12,6 +12,7 @@ use crate::vector::{Quat, Vec3, vec3};
 
 /// Thrust and joint torques for the coming tick; `touched` is 1 after the first touch, when thrust ends.
 #[inline(always)]
+#[expect(clippy::too_many_arguments, reason = "a stage names all that it reads")]
 pub fn guide<R: Real, const N: usize>(
     m: &Plant,
     p: &Params<R>,

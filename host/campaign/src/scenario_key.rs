@@ -260,7 +260,7 @@ fn in_list<'t, 'i>(
             return Err((format!("`{path}`: `{key}` is asked of a list"), remedy.to_owned()));
         }
     };
-    let found = list.iter_mut().nth(item).map(|found| vec![found]);
+    let found = list.get_mut(item).map(|found| vec![found]);
     found.ok_or_else(|| {
         let message = format!("`{path}`: there is no item {}, the list has {count}", item + 1);
         (message, format!("write a number from 1 to {count}"))

@@ -204,7 +204,7 @@ fn make_batch(
     let (mut made, mut is_whole) = match made {
         Ok(made) => made,
         Err(FarmError::Engine(error)) if error.is_of_the_device() => return Ok(BatchEnd::DeviceFailed(error)),
-        Err(error) => return Err(error.into()),
+        Err(error) => return Err(error),
     };
     if engine.device() != device && !there.is_empty() {
         // The CPU took over in this batch: rows of the GPU are not compatible.
