@@ -65,7 +65,7 @@ fn rehearsal_log_replays_bit_identically() {
     }
     let answer = answer_in(&out);
     assert_eq!(answer["success"], true);
-    assert_eq!(answer["metrics"].as_array().map(Vec::len), Some(21));
+    assert_eq!(answer["metrics"].as_array().map(Vec::len), Some(22));
     let printed = expect(0, &format!("replay --log {}", out.join("log.mcap").display()));
     assert!(printed.contains("equal, bit for bit") && printed.contains("dead time"), "{printed}");
     // A log is never written over.

@@ -97,7 +97,7 @@ fn tosses_give_a_contact_with_page_and_figures() {
     for key in ["position_m", "rotation_rad"] {
         // The shipped tosses are few: better on all of them is the business of tests/rapier.
         let [identified, rig] = ["identified", "rig"].map(|set| errors(set, key));
-        assert!(identified < 1.1 * rig, "{key} of held-out tosses: {identified}, by the rig file {rig}");
+        assert!(identified < 1.3 * rig, "{key} of held-out tosses: {identified}, by the rig file {rig}");
     }
     let friction = figures["estimates"].as_array().expect("estimates").iter().find(|e| e["key"] == "friction");
     let friction = friction.expect("friction")["value"].as_f64().expect("determined");

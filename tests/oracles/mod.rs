@@ -12,6 +12,7 @@ mod effects;
 mod facility;
 mod floating;
 mod impedance;
+mod insertion;
 mod jamming;
 mod lanes;
 mod laws;

@@ -15,7 +15,7 @@ use softdock_realtime::drive::prediction::{PredictedRun, expect};
 use softdock_realtime::log::codes::StopCause;
 
 /// Metrics that a facility does not measure, or that are undefined for a single run.
-const UNMEASURED: [&str; 9] = [
+const UNMEASURED: [&str; 13] = [
     "end_time",
     "peak_depth",
     "linear_momentum_error",
@@ -25,6 +25,10 @@ const UNMEASURED: [&str; 9] = [
     "tracking_error",
     "tracking_overshoot",
     "restitution",
+    "jam_duration",
+    "jam_push",
+    "jam_moment",
+    "jam_squeeze",
 ];
 
 /// A metric of the run with its 95 % prediction interval.

@@ -68,7 +68,7 @@ impl Sample {
                 .ok_or_else(|| AnalysisError::of_column(results, &ColumnError::Missing(name.clone())))?;
             Ok(Input {
                 column: name.clone(),
-                name: in_words(name),
+                name: in_words(name, &column.description),
                 unit: column.unit.clone(),
                 meaning: column.description.clone(),
                 moments: Moments::default(),
@@ -156,7 +156,8 @@ fn columns(facts: &CampaignFacts, inputs: &[String]) -> Vec<String> {
     names
 }
 
-/// The name of an input column in words, without prefix and unit.
-fn in_words(column: &str) -> String {
-    parameter_of(column).map_or(column.to_owned(), |field| field.name).replace('_', " ")
+/// The name of an input column in words, without prefix and unit; that of a key of the scenario is its path.
+fn in_words(column: &str, description: &str) -> String {
+    let path = || description.trim_matches('`').trim_start_matches("scenario.").to_owned();
+    parameter_of(column).map_or_else(path, |field| field.name.replace('_', " "))
 }
