@@ -156,7 +156,7 @@ long=()
 if [ -d "$data/emps" ]; then
     SOFTDOCK_DATA="$(realpath "$data")" \
         cargo test "${all[@]}" --test diagnose measured -- --ignored --skip free_run_errors_of_the_cube "${long[@]}"
-    SOFTDOCK_DATA="$(realpath "$data")" \
+    [ "$full" = no ] || SOFTDOCK_DATA="$(realpath "$data")" \
         cargo test --release -p softdock-oracle-rapier --test tosses -- --ignored
     data_seen=yes
 fi

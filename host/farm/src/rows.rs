@@ -47,11 +47,14 @@ impl<'a> RowBuilder<'a> {
         finished.par_iter().map(|run| self.row(run)).collect()
     }
 
-    /// The input of a run; with exactly these values of the parameters, if they are given.
+    /// The input of a run, or of the undispersed one; with exactly these values of the parameters, if they are given.
     ///
     /// # Errors
     /// If the scenario's reader refuses the run's values of the campaign's keys.
     pub(crate) fn input(&self, run: u64, given: Option<Params<f64>>) -> Result<RunInput, Problems> {
+        if run == NOMINAL_RUN {
+            return Ok(RunInput::new(run, given.unwrap_or_else(|| self.campaign.nominal())));
+        }
         if !self.has_keys()
             && let Some(params) = given
         {
@@ -68,11 +71,6 @@ impl<'a> RowBuilder<'a> {
     /// See [`input`](Self::input).
     pub(crate) fn input_of(&self, row: &RunRow) -> Result<RunInput, Problems> {
         self.input(row.run, Some(params_of(row)))
-    }
-
-    /// The undispersed run.
-    pub(crate) fn nominal(&self) -> RunInput {
-        RunInput::new(NOMINAL_RUN, self.campaign.nominal())
     }
 
     /// The plant of a run.

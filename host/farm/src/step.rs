@@ -10,11 +10,12 @@ use crate::rows::{RowBuilder, params_of};
 use crate::run_engine::RunEngine;
 use rayon::prelude::*;
 use softdock_campaign::{Campaign, Variant};
-use softdock_engine::{Choice, EngineError, cpu};
+use softdock_engine::{Choice, EngineError, RunInput, cpu};
 use softdock_kernels::contact::overlap::{Overlap, deepest_overlap, start_parts};
 use softdock_kernels::metrics::flags;
 use softdock_kernels::outcome::Signals;
 use softdock_results::runs::{Cause, LoopRow, Outcome, RunRow};
+use softdock_results::traces::NOMINAL_RUN;
 use std::time::Instant;
 use wall_time::{WallTime, expected};
 
@@ -131,7 +132,7 @@ fn facility(
     context: Context,
 ) -> Result<SteppedFacility> {
     let mut on_cpu = RunEngine::reference(campaign);
-    let nominal = nominal(&on_cpu);
+    let nominal = nominal(campaign, &on_cpu);
     let plant = on_cpu.builder.job.plant.clone();
     let start = deepest_overlap(&plant, &start_parts(&plant, &campaign.nominal()));
     let other = match asked {
@@ -172,7 +173,7 @@ fn other_device<'a>(campaign: &'a Campaign, choice: Choice, context: Context<'a>
 }
 
 /// Steps the nominal case and finds where the parts first touch.
-fn nominal(engine: &RunEngine) -> Nominal {
+fn nominal(campaign: &Campaign, engine: &RunEngine) -> Nominal {
     let job = &engine.builder.job;
     let mut seen: [Option<(f64, Overlap)>; 2] = [None, None];
     let mut see = |signals: &Signals| {
@@ -185,7 +186,7 @@ fn nominal(engine: &RunEngine) -> Nominal {
         }
     };
     let begin = Instant::now();
-    let finished = cpu::replay(job, engine.builder.nominal(), &mut see);
+    let finished = cpu::replay(job, RunInput::new(NOMINAL_RUN, campaign.nominal()), &mut see);
     let seconds = begin.elapsed().as_secs_f64();
     let row = engine.builder.row(&finished);
     let tick = job.plant.timing.tick();

@@ -296,3 +296,37 @@ fn finished_runs_of_a_lost_batch_are_on_disk_and_not_repeated() {
     assert_eq!(*asked.lock().expect("no holder panics"), (27..64).collect::<Vec<_>>());
     assert!(folder.shards().expect("a folder").is_complete());
 }
+
+#[test]
+fn campaign_with_keys_of_the_scenario_repeats_its_runs_bit_for_bit() {
+    let folder = tempfile::tempdir().expect("a folder");
+    campaign(folder.path());
+    let file = folder.path().join("smoke.toml");
+    let text = std::fs::read_to_string(&file).expect("the campaign");
+    let key = "\n[[dispersion]]\ntarget = \"scenario.latch.depth\"\n\
+               dist = { kind = \"triangular\", min = \"4 mm\", mode = \"5 mm\", max = \"12 mm\" }\n";
+    std::fs::write(&file, text.replace("keep = [", "keep = [\"nominal\", ") + key).expect("written");
+    let keyed = softdock_campaign::load(&file).unwrap_or_else(|problems| panic!("{problems}"));
+    assert!(matches!(RunEngine::open(&keyed, Choice::Gpu, context()), Err(EngineError::OwnPlants)));
+
+    let results = folder.path().join("results");
+    let ended = crate::run::run(keyed.clone(), &results, &RunOptions::default(), context()).expect("it runs");
+    assert!(ended.incomplete.is_none());
+    let rows = ResultsFolder::open(&results).expect("a folder").shards().expect("shards");
+    let row = rows.read_run(3).expect("readable").expect("run 3");
+    assert_eq!(row.inputs.last(), keyed.draw(3).expect("a draw").inputs().last(), "the row states the key's value");
+    for run in [0, 3] {
+        let repeated = crate::replay::replay_run(&results, run, None).expect("it repeats");
+        assert!(!repeated.is_wrong() && repeated.text().contains("equal, bit for bit"), "{}", repeated.text());
+    }
+
+    // The undispersed run is the scenario's, whatever the keys.
+    let plain = softdock_campaign::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../campaigns/smoke.toml"));
+    let plain = plain.expect("the shipped campaign");
+    let made = |campaign: &Campaign| {
+        let builder = crate::rows::RowBuilder::new(campaign);
+        let input = builder.input(softdock_results::traces::NOMINAL_RUN, None).expect("no draw");
+        softdock_engine::cpu::replay(&builder.job, input, &mut |_| ())
+    };
+    assert_eq!(made(&keyed), made(&plain));
+}
