@@ -164,28 +164,26 @@ impl Campaign {
 
     /// The keys of the scenario that each run has for itself.
     pub fn keys(&self) -> impl Iterator<Item = &ScenarioKey> {
-        self.extras.iter().filter_map(|extra| match extra {
-            Extra::Key(key) => Some(key),
-            Extra::Variable(_) => None,
-        })
+        self.extras.iter().filter_map(Extra::key)
+    }
+
+    /// Whether each run has a scenario of its own.
+    pub fn has_keys(&self) -> bool {
+        self.keys().next().is_some()
     }
 
     /// The scenario's key behind a field; `None` for a parameter or a variable.
     pub fn key_of(&self, field: usize) -> Option<&ScenarioKey> {
         let extra = field.checked_sub(fields::<f64, Params<f64>>().len())?;
-        match self.extras.get(extra)? {
-            Extra::Key(key) => Some(key),
-            Extra::Variable(_) => None,
-        }
+        self.extras.get(extra)?.key()
     }
 
     /// Place of a field among the inputs of a run, [`Draw::inputs`](crate::Draw::inputs); `None` for a variable.
     pub fn input_place(&self, field: usize) -> Option<usize> {
         let parameters = fields::<f64, Params<f64>>().len();
         let Some(extra) = field.checked_sub(parameters) else { return Some(field) };
-        let is_key = |extra: &&Extra| matches!(extra, Extra::Key(_));
-        self.extras.get(extra).filter(is_key)?;
-        Some(parameters + self.extras[..extra].iter().filter(is_key).count())
+        self.extras.get(extra)?.key()?;
+        Some(parameters + self.extras[..extra].iter().filter_map(Extra::key).count())
     }
 
     /// Parameters that a run can have by its keys of the scenario, besides those of the nominal run.

@@ -221,10 +221,8 @@ impl DispersionReader<'_> {
                 return None;
             }
         };
-        let twin = self.extras.iter().find_map(|extra| match extra {
-            Extra::Key(other) if other.overlaps(&key) => Some(&other.path),
-            _ => None,
-        });
+        let twin =
+            self.extras.iter().filter_map(Extra::key).find(|other| other.overlaps(&key)).map(|other| &other.path);
         if let Some(twin) = twin {
             let message = format!("`{}` is dispersed twice: here and as `{twin}`", target.value);
             self.c.refuse(&target.span, message, "remove one of these dispersions");

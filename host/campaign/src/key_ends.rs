@@ -19,7 +19,7 @@ impl Campaign {
         let noted = c.problems.len();
         let ends = self.dispersions.iter().filter_map(|dispersion| Some((dispersion, self.key_of(dispersion.field)?)));
         let ends: Vec<Params<f64>> = ends.flat_map(|(dispersion, key)| self.ends_of(c, dispersion, key)).collect();
-        if self.keys().next().is_some() && c.problems.len() == noted {
+        if self.has_keys() && c.problems.len() == noted {
             let tried = (0..self.runs.min(TRIED)).find_map(|run| self.draw(run).err());
             c.problems.extend(tried.into_iter().flatten());
         }

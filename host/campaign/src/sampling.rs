@@ -5,7 +5,6 @@ use crate::derived::with_derived;
 use crate::dispersion::Class;
 use crate::distribution::{normal_quantile, normal_share};
 use crate::problem::Problems;
-use crate::scenario_key::Extra;
 use softdock_kernels::fields::to_vec;
 use softdock_kernels::model::Model;
 use softdock_kernels::params::Params;
@@ -106,7 +105,7 @@ impl Campaign {
     /// The scenario with the keys' values among those of all fields; none without dispersed keys.
     fn own_scenario(&self, values: &[f64]) -> Result<Option<OwnScenario>, Problems> {
         let behind = &values[values.len() - self.extras.len()..];
-        let keys = self.extras.iter().zip(behind).filter(|(extra, _)| matches!(extra, Extra::Key(_)));
+        let keys = self.extras.iter().zip(behind).filter(|(extra, _)| extra.key().is_some());
         let keys: Vec<f64> = keys.map(|(_, value)| *value).collect();
         if keys.is_empty() { Ok(None) } else { self.with_keys(keys).map(Some) }
     }

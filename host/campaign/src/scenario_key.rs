@@ -74,6 +74,14 @@ pub(crate) enum Extra {
 }
 
 impl Extra {
+    /// The key of the scenario; `None` for a variable.
+    pub(crate) fn key(&self) -> Option<&ScenarioKey> {
+        match self {
+            Self::Key(key) => Some(key),
+            Self::Variable(_) => None,
+        }
+    }
+
     pub(crate) fn field(&self) -> Field {
         match self {
             Self::Variable(name) => Field::new(name, "1", "variable of the campaign"),

@@ -11,7 +11,6 @@ use softdock_campaign::contact_notes::contact_lines;
 use softdock_campaign::criteria::sentences;
 use softdock_campaign::requirement::{AgreementRequirement, Requirement};
 use softdock_campaign::rules;
-
 use softdock_campaign::{Campaign, histograms};
 use softdock_kernels::model::Model;
 use softdock_kernels::plant::Plant;
@@ -33,16 +32,12 @@ pub fn check_text(campaign: &Campaign, draws: u64) -> Result<String> {
     );
     text += "\ncontact\n";
     contact_lines(&campaign.scenario.model).iter().for_each(|line| text += &format!("  {line}\n"));
-    let arm = arm_lines(&campaign.scenario);
-    if !arm.is_empty() {
-        text += "\narm\n";
-        arm.iter().for_each(|line| text += &format!("  {line}\n"));
+    for (title, lines) in [("arm", arm_lines(&campaign.scenario)), ("meshes", campaign.scenario.mesh_lines())] {
+        if !lines.is_empty() {
+            text += &format!("\n{title}\n");
+        }
+        lines.iter().for_each(|line| text += &format!("  {line}\n"));
     }
-    let meshes = campaign.scenario.mesh_lines();
-    if !meshes.is_empty() {
-        text += "\nmeshes\n";
-    }
-    meshes.iter().for_each(|line| text += &format!("  {line}\n"));
     text += &robots(&campaign.scenario.model);
     text += &judged(&campaign.scenario.model);
     text += "\nrequirements\n";

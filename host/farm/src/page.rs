@@ -42,13 +42,14 @@ fn dispersions(campaign: &Campaign) -> Vec<ReportedDispersion> {
         Some(key) => (key.path.clone(), key.column()),
         None => (fields[field].name.clone(), columns::input(&fields[field]).into_name()),
     };
-    let row = |field: usize, distribution: String, class: &str, source: Option<&String>| ReportedDispersion {
-        target: named(field).0,
-        column: named(field).1,
-        distribution,
-        class: class.to_owned(),
-        source: source.cloned().unwrap_or_default(),
-    };
+    let row =
+        |(target, column): (String, String), distribution, class: &str, source: Option<&String>| ReportedDispersion {
+            target,
+            column,
+            distribution,
+            class: class.to_owned(),
+            source: source.cloned().unwrap_or_default(),
+        };
     // A variable of the campaign is no column; what is derived from it is.
     let columns = campaign.dispersions.iter().filter(|dispersion| campaign.input_place(dispersion.field).is_some());
     let drawn = columns.map(|dispersion| {
@@ -59,15 +60,17 @@ fn dispersions(campaign: &Campaign) -> Vec<ReportedDispersion> {
         match &dispersion.distribution {
             Distribution::Table { values } if given => {
                 let cases = format!("given, {} cases", values.len());
-                row(dispersion.field, cases, "given", dispersion.source.as_ref())
+                row(named(dispersion.field), cases, "given", dispersion.source.as_ref())
             }
             distribution => {
-                row(dispersion.field, in_words(distribution, dispersion.unit), class, dispersion.source.as_ref())
+                row(named(dispersion.field), in_words(distribution, dispersion.unit), class, dispersion.source.as_ref())
             }
         }
     });
-    let derived =
-        campaign.derived.iter().map(|derived| row(derived.field, format!("= {}", derived.text), "derived", None));
+    let derived = campaign
+        .derived
+        .iter()
+        .map(|derived| row(named(derived.field), format!("= {}", derived.text), "derived", None));
     drawn.chain(derived).collect()
 }
 

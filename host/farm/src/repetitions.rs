@@ -115,13 +115,12 @@ impl HalfStepRuns {
         let in_f32 = self.rows.iter().filter(|(_, in_f64)| !in_f64).map(|(row, _)| row);
         let in_f32 = reference.inputs_of(in_f32)?;
         let mut repeated = reference.make_rows(&in_f32, &|_, _| !context.cancel.is_cancelled())?.into_iter();
-        let chosen: Vec<RunRow> = self.rows.iter().map(|(row, _)| row.clone()).collect();
+        let halved = folder.campaign.at_half_step();
+        let mut finer = RunEngine::reference(&halved);
+        let inputs = finer.inputs_of(self.rows.iter().map(|(row, _)| row))?;
         let first = self.rows.into_iter().map(|(row, in_f64)| if in_f64 { Some(row) } else { repeated.next() });
         let first: Vec<RunRow> = first.flatten().collect();
 
-        let halved = folder.campaign.at_half_step();
-        let mut finer = RunEngine::reference(&halved);
-        let inputs = finer.inputs_of(&chosen)?;
         let progress = Progress::new(context, Work::HalfStep, inputs.len() as u64);
         let second = finer.make_rows(&inputs, &counting(&progress))?;
         let rows = first.into_iter().zip(second).map(|(first, second)| RepeatedRow { first, second }).collect();

@@ -55,7 +55,7 @@ impl<'a> RowBuilder<'a> {
         if run == NOMINAL_RUN {
             return Ok(RunInput::new(run, given.unwrap_or_else(|| self.campaign.nominal())));
         }
-        if !self.has_keys()
+        if !self.campaign.has_keys()
             && let Some(params) = given
         {
             return Ok(RunInput::new(run, params));
@@ -75,20 +75,18 @@ impl<'a> RowBuilder<'a> {
 
     /// The plant of a run.
     pub(crate) fn plant_of(&self, run: u64) -> Cow<'_, Plant> {
-        match self.own(run) {
-            Some(own) => Cow::Owned(self.own_plant(own.model)),
-            None => Cow::Borrowed(&self.job.plant),
-        }
+        self.plant_with(self.own(run))
+    }
+
+    /// The plant of a run that has this of the scenario for itself.
+    fn plant_with(&self, own: Option<OwnScenario>) -> Cow<'_, Plant> {
+        own.map_or(Cow::Borrowed(&self.job.plant), |own| Cow::Owned(self.own_plant(own.model)))
     }
 
     /// What a run has of the scenario for itself.
     fn own(&self, run: u64) -> Option<OwnScenario> {
-        let is_drawn = self.has_keys() && run != NOMINAL_RUN;
+        let is_drawn = self.campaign.has_keys() && run != NOMINAL_RUN;
         is_drawn.then(|| self.campaign.draw(run).expect("its input was drawn before").own).flatten()
-    }
-
-    fn has_keys(&self) -> bool {
-        self.campaign.keys().next().is_some()
     }
 
     fn own_plant(&self, model: Model) -> Plant {
@@ -102,7 +100,7 @@ impl<'a> RowBuilder<'a> {
             Some(own) => own.keys.clone(),
             None => self.campaign.keys().map(|key| key.nominal).collect(),
         };
-        let plant = own.map_or(Cow::Borrowed(&self.job.plant), |own| Cow::Owned(self.own_plant(own.model)));
+        let plant = self.plant_with(own);
         let unjudged = |metrics: &Metrics<f64>, stop: Option<Stop>| LoopRow {
             outcome: if stop.is_some() { Outcome::Aborted } else { Outcome::Pass },
             cause: stop.map(|stop| met(&self.job.plant, metrics, stop)),

@@ -58,10 +58,9 @@ impl<'a> RunEngine<'a> {
     /// # Errors
     /// If it does not exist on this machine.
     pub(crate) fn open(campaign: &'a Campaign, choice: Choice, context: Context<'a>) -> EngineResult<Self> {
-        let has_keys = campaign.keys().next().is_some();
         let choice = match choice {
-            Choice::Gpu if has_keys => return Err(EngineError::OwnPlants),
-            Choice::Auto if has_keys => Choice::Cpu,
+            Choice::Gpu if campaign.has_keys() => return Err(EngineError::OwnPlants),
+            Choice::Auto if campaign.has_keys() => Choice::Cpu,
             choice => choice,
         };
         let failed_over = Arc::new(AtomicBool::new(false));
