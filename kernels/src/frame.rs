@@ -9,6 +9,7 @@ mod facility_lanes;
 pub mod functions;
 mod kept;
 pub mod lane_state;
+pub mod observer;
 mod runs;
 pub mod single;
 
@@ -36,6 +37,7 @@ use crate::test_motion::Tracking;
 use crate::vector::Vec3;
 use arms::Arms;
 use facility_lanes::TickFacility;
+use observer::{ContactObserver, Unobserved};
 
 /// What a batch has in common besides the plant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -127,7 +129,20 @@ pub fn touch_points<L: Lane>(
     states: &mut [PointState<L>],
     live: L::Mask,
 ) -> Touch<L> {
-    let mut sum = monitor::no_touch();
+    touch_observed(m, pairs, parts, states, live, &mut Unobserved)
+}
+
+/// [`touch_points`] that shows each contact to an observer.
+#[inline(always)]
+fn touch_observed<L: Lane, O: ContactObserver<L>>(
+    m: &Plant,
+    pairs: &[Pair<L>],
+    parts: &Parts<L>,
+    states: &mut [PointState<L>],
+    live: L::Mask,
+    observer: &mut O,
+) -> Touch<L> {
+    let (mut sum, mut index) = (monitor::no_touch(), 0);
     let (of_points, of_shells) = states.split_at_mut(m.contacts.len());
     for (contact, state) in m.contacts.iter().zip(of_points) {
         let (point, share) = (&contact.point, L::lit(contact.share));
@@ -138,6 +153,8 @@ pub fn touch_points<L: Lane>(
             true => contact_point(m, of, pair, parts, point, *state),
             false => point_on_exact(m, of, pair, parts, point, *state),
         };
+        observer.contact(index, state, &c);
+        index += 1;
         state.bristle = Vec3::select(live, c.state.bristle, state.bristle);
         if of.law.needs_approach() {
             state.approach = L::select(live, c.state.approach, state.approach);
@@ -146,6 +163,8 @@ pub fn touch_points<L: Lane>(
     }
     for (shell, state) in m.shells.iter().zip(of_shells) {
         let c = touch_shell(m, shell, &pairs[shell.pair], parts, state);
+        observer.contact(index, state, &c);
+        index += 1;
         state.set_where(live, &c.state);
         in_place::gather(&mut sum, &c);
     }
@@ -179,16 +198,22 @@ impl<L: Lane, const N: usize> Tile<L, N> {
     /// One tick of both loops: the facility catches up to now, then the simulation goes on from its answer.
     #[inline(always)]
     pub fn step(&mut self, m: &Plant) {
+        self.step_observed(m, &mut Unobserved, &mut Unobserved);
+    }
+
+    /// [`step`](Self::step) that shows the contacts of every substep to an observer of each loop.
+    #[inline(always)]
+    pub fn step_observed<O: ContactObserver<L>>(&mut self, m: &Plant, in_space: &mut O, on_facility: &mut O) {
         let now = self.facility.now(m);
         let last = self.facility.is_last(m);
-        self.tick_space(m, now, last);
-        self.tick_hil(m, now, last);
+        self.tick_space(m, now, last, in_space);
+        self.tick_hil(m, now, last, on_facility);
         self.facility.end_tick();
     }
 
     /// The ideal twin: contact and space closed directly, every substep.
     #[inline(always)]
-    fn tick_space(&mut self, m: &Plant, now: L, last: L) {
+    fn tick_space<O: ContactObserver<L>>(&mut self, m: &Plant, now: L, last: L, observer: &mut O) {
         let (s, p) = (&mut self.space, &self.facility.params);
         let live = s.interface.watch.done.le(L::lit(0.0));
         if !any::<L>(live) {
@@ -213,7 +238,8 @@ impl<L: Lane, const N: usize> Tile<L, N> {
                 );
             }
             let time = L::lit(f64::from(substep) * m.timing.substep) + now;
-            let touch = touch_points(m, pairs, &k.parts, states, live);
+            let touch = touch_observed(m, pairs, &k.parts, states, live, observer);
+            observer.substep(m, pairs, time, &k.parts);
             let latch = latch(m, p, &k.parts, seen.closed);
             in_place::observe(m, seen, time, &k.parts, &k.parts, &touch, &latch);
             advance_in_place(m, &s.masses, bodies, k, &u, monitor::total_wrench(&touch, &latch));
@@ -229,7 +255,7 @@ impl<L: Lane, const N: usize> Tile<L, N> {
 
     /// The HIL loop: command, robots, contact and sensor up to now; then the simulation under the fed-back wrench.
     #[inline(always)]
-    fn tick_hil(&mut self, m: &Plant, now: L, last: L) {
+    fn tick_hil<O: ContactObserver<L>>(&mut self, m: &Plant, now: L, last: L, observer: &mut O) {
         let live = self.hil.interface.watch.done.le(L::lit(0.0));
         if !any::<L>(live) {
             return;
@@ -237,7 +263,7 @@ impl<L: Lane, const N: usize> Tile<L, N> {
         update_kinematics(m, &self.hil.masses, &self.hil.bodies, &mut self.hil.kinematics);
         let parts = self.hil.kinematics.parts;
         let interface = &mut self.hil.interface;
-        L::stage(TickFacility { facility: &mut self.facility, m, interface, simulated: &parts, now, live });
+        L::stage(TickFacility { facility: &mut self.facility, m, interface, simulated: &parts, now, live, observer });
         // A session that a rule has stopped just now goes no further.
         let live = self.hil.interface.watch.done.le(L::lit(0.0));
         self.tick_simulation(m, live);

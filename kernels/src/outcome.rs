@@ -3,7 +3,7 @@
 use crate::bundle;
 use crate::metrics::{Metrics, flags};
 use crate::params::Params;
-use crate::plant::Plant;
+use crate::plant::{Plant, PointSource};
 use crate::session::Rule;
 use crate::space::{Parts, Wrench};
 use crate::vector::Vec3;
@@ -75,6 +75,45 @@ impl EndState<f64> {
         let diverged = || Stop { rule: Rule::Divergence, value: self.hil_end_speed };
         Stop::of_session(self.rule, self.rule_measure).or_else(|| (self.hil_unstable > 0.0).then(diverged))
     }
+}
+
+/// One contact of a point or solid of a part with a solid of the other, from the touch to the separation.
+///
+/// Axes of the loop: inertial in space, those of the laboratory on the facility. All of it is of the parts that touch: on
+/// the facility those that the robots hold.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContactEvent {
+    /// What touches, of part A and of part B.
+    pub members: [PointSource; 2],
+    /// Index of their material pair among the scenario's; none under the common law.
+    pub pair: Option<usize>,
+    /// Time of the first substep with a contact force \[s\].
+    pub start: f64,
+    /// From there to the end of the last such substep \[s\].
+    pub duration: f64,
+    /// Time of the greatest contact force \[s\].
+    pub peak_time: f64,
+    /// Place of its most loaded point then, frame of part B \[m\].
+    pub place: Vec3<f64>,
+    /// Unit normal there, out of part B, axes of part B.
+    pub normal: Vec3<f64>,
+    /// Greatest magnitude of the contact force, friction included \[N\].
+    pub peak_force: f64,
+    /// Greatest sum of the normal forces of its points; positive pushes the parts apart \[N\].
+    pub peak_normal_force: f64,
+    /// Integral of the contact force on part A, axes of the loop \[N s\].
+    pub impulse: Vec3<f64>,
+    /// Path of sliding beyond the deflection of the bristles; of several points their mean, weighted by the normal
+    /// forces \[m\].
+    pub slip: f64,
+    /// Work of the contact force on both parts; negative where it dissipates or stores energy \[J\].
+    pub work: f64,
+    /// Greatest overlap; a point beyond the middle of a thin solid counts as in `peak_depth` of the metrics \[m\].
+    pub depth: f64,
+    /// Speed at which the parts approach along the normal in the first substep \[m/s\].
+    pub closing_speed: f64,
+    /// The parts still touched when the loop ended.
+    pub is_open: bool,
 }
 
 /// The signals of a trace, at the end of each tick.

@@ -6,6 +6,7 @@ mod bodies;
 mod bounce;
 mod compensators;
 mod contact_effects;
+mod contact_events;
 mod control;
 mod docking;
 mod effects;

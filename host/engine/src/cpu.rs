@@ -1,14 +1,16 @@
 //! The CPU farm: tiles of eight f64 lanes on all cores; the instruction set is chosen at run time.
 
+use crate::contact_events::ContactRecorder;
 use crate::instructions::{InstructionSet, OnLanes};
 use crate::{Engine, EngineError, Job, RunInput, all_of};
 use rayon::prelude::*;
 use softdock_kernels::frame::Tile;
 use softdock_kernels::lanes::Lane;
-use softdock_kernels::outcome::{Finished, Signals};
+use softdock_kernels::outcome::{ContactEvent, Finished, Signals};
 use softdock_kernels::params::Params;
 use softdock_kernels::plant::Plant;
 use softdock_kernels::with_joints;
+use std::borrow::Cow;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 /// Ticks between two looks for finished lanes: short against a run, long against the look.
@@ -94,17 +96,18 @@ fn with_own_plants(
 
 /// Makes one run in one lane.
 fn alone(job: &Job, run: &RunInput, see: See) -> Finished {
-    let own;
-    let job = match &run.plant {
-        Some(plant) => {
-            own = Job { plant: Plant::clone(plant), batch: job.batch };
-            &own
-        }
-        None => job,
-    };
+    let job = &*job_of(job, run);
     let runs = std::slice::from_ref(run);
     let queue = Queue { runs, next: AtomicUsize::new(0), stopped: AtomicBool::new(false), progress: &|_| true };
     by_joints(InstructionSet::OneLane, job, &queue, see)[0]
+}
+
+/// The job with the plant of a run.
+fn job_of<'a>(job: &'a Job, run: &RunInput) -> Cow<'a, Job> {
+    match &run.plant {
+        Some(plant) => Cow::Owned(Job { plant: Plant::clone(plant), batch: job.batch }),
+        None => Cow::Borrowed(job),
+    }
 }
 
 /// Runs waiting for a free lane.
@@ -187,4 +190,30 @@ fn by_joints(instructions: InstructionSet, job: &Job, queue: &Queue, see: See<'_
 /// Repeats one run in f64, one lane, and shows its signals after every tick \[`see`\]; the same bits as in any tile.
 pub fn replay(job: &Job, input: RunInput, see: &mut dyn FnMut(&Signals)) -> Finished {
     alone(job, &input, Some(see))
+}
+
+/// Repeats one run in f64, one lane, with the contact events of both loops: in space, on the facility; the same bits as in
+/// any tile.
+///
+/// Separations of at most `merge_gap` \[s\] do not end an event.
+pub fn contact_events(job: &Job, input: &RunInput, merge_gap: f64) -> (Finished, [Vec<ContactEvent>; 2]) {
+    let job = &*job_of(job, input);
+    let mut recorders = [ContactRecorder::new(merge_gap), ContactRecorder::new(merge_gap)];
+    let finished = with_joints!(job.plant.joints(), observed(job, input, &mut recorders));
+    (finished, recorders.map(ContactRecorder::into_events))
+}
+
+fn observed<const N: usize>(job: &Job, input: &RunInput, recorders: &mut [ContactRecorder; 2]) -> Finished {
+    let mut tile = Tile::<f64, N>::new(&job.plant, job.batch);
+    tile.load(&job.plant, &[(0, input.run, input.params)]);
+    let ([in_space, on_facility], mut finished) = (recorders, Vec::new());
+    loop {
+        for _ in 0..SLICE_TICKS {
+            tile.step_observed(&job.plant, in_space, on_facility);
+        }
+        tile.take_finished(&job.plant, &mut finished);
+        if let Some(finished) = finished.pop() {
+            return finished;
+        }
+    }
 }

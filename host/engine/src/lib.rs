@@ -2,6 +2,7 @@
 
 pub mod bench;
 pub mod blocks;
+pub mod contact_events;
 pub mod contact_law;
 pub mod cpu;
 pub mod decimator;

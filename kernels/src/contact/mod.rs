@@ -216,7 +216,7 @@ fn counted_depth<R: Real>(m: &Plant, depth: R, distance: R, half_thickness: R) -
 
 /// Velocity of part A relative to part B at a point given from A's origin.
 #[inline(always)]
-pub(crate) fn sliding_velocity<R: Real>(a: &Motion<R>, b: &Motion<R>, lever: Vec3<R>) -> Vec3<R> {
+pub fn sliding_velocity<R: Real>(a: &Motion<R>, b: &Motion<R>, lever: Vec3<R>) -> Vec3<R> {
     let from_b = (a.position - b.position) + lever;
     (a.velocity - b.velocity) + (a.omega.cross(lever) - b.omega.cross(from_b))
 }

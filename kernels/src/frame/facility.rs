@@ -7,6 +7,7 @@ use super::{Batch, FacilityLanes, Interface, Loops, zero_wrench};
 use crate::block::{Recorded, Row, Samples};
 use crate::bundle;
 use crate::fields::{Bundle, fields};
+use crate::frame::observer::Unobserved;
 use crate::lanes::Lane;
 use crate::params::Params;
 use crate::plant::Plant;
@@ -97,7 +98,7 @@ impl<L: Lane> FacilityLanes<L> {
         let all = L::lit(0.0).lt(L::lit(1.0));
         let now = self.now(m);
         let jitter = self.transmit(m, reference, all);
-        self.tick_facility(m, interface, reference, now, jitter, all);
+        self.tick_facility(m, interface, reference, now, jitter, all, &mut Unobserved);
         let wrench = self.arriving_wrench(m, all);
         self.end_tick();
         wrench

@@ -1,12 +1,13 @@
 //! The facility in lanes: clock, links, robots, sensor and compensator of a tile, whatever number of joints the arm has.
 
-use super::{Batch, FacilityLanes, Interface, all, touch_points, zero_wrench};
+use super::{Batch, FacilityLanes, Interface, all, touch_observed, zero_wrench};
 use crate::compensator::{compensates, new_compensation, prediction_horizon};
 use crate::delay_line::{Line, line_slots};
 use crate::fields::Bundle;
 use crate::fields::filled;
 use crate::fixture::is_compliant;
 use crate::frame::arms::Arms;
+use crate::frame::observer::ContactObserver;
 use crate::impedance::no_admittance;
 use crate::lanes::{Lane, MOST_LANES, Stage};
 use crate::load::{load_at, loaded, sensor_at};
@@ -31,23 +32,24 @@ use crate::test_motion::no_tracking;
 pub(super) type Entering = (usize, u64, Params<f64>);
 
 /// One tick of the facility under the simulation's command, as a function of its own.
-pub(super) struct TickFacility<'a, L: Lane> {
+pub(super) struct TickFacility<'a, L: Lane, O> {
     pub(super) facility: &'a mut FacilityLanes<L>,
     pub(super) m: &'a Plant,
     pub(super) interface: &'a mut Interface<L>,
     pub(super) simulated: &'a Parts<L>,
     pub(super) now: L,
     pub(super) live: L::Mask,
+    pub(super) observer: &'a mut O,
 }
 
-impl<L: Lane> Stage for TickFacility<'_, L> {
+impl<L: Lane, O: ContactObserver<L>> Stage for TickFacility<'_, L, O> {
     type Output = ();
     #[inline(always)]
     fn run(self) {
-        let Self { facility, m, interface, simulated, now, live } = self;
+        let Self { facility, m, interface, simulated, now, live, observer } = self;
         let reference = facility.reference(m, simulated, now);
         let jitter = facility.send_command(m, &reference, live);
-        facility.tick_facility(m, interface, simulated, now, jitter, live);
+        facility.tick_facility(m, interface, simulated, now, jitter, live, observer);
         let measured = facility.arriving_wrench(m, live);
         let live = facility.watch_session(m, &mut interface.watch, &reference, measured, now, live);
         facility.receive_wrench(m, &mut interface.watch, simulated, measured, live);
@@ -252,7 +254,8 @@ impl<L: Lane> FacilityLanes<L> {
 
     /// Robots, contact and sensor over the tick that ends now.
     #[inline(always)]
-    pub(super) fn tick_facility(
+    #[allow(clippy::too_many_arguments, reason = "a tick names all that it reads")]
+    pub(super) fn tick_facility<O: ContactObserver<L>>(
         &mut self,
         m: &Plant,
         interface: &mut Interface<L>,
@@ -260,6 +263,7 @@ impl<L: Lane> FacilityLanes<L> {
         now: L,
         jitter: L,
         live: L::Mask,
+        observer: &mut O,
     ) {
         let substeps = f64::from(m.timing.substeps);
         let delay =
@@ -276,7 +280,8 @@ impl<L: Lane> FacilityLanes<L> {
             self.move_robots(m, &displaced(m, &interpolate(m, &first, &second, &third, place), &self.admittance));
             let parts = crate::robot::mounted_parts(m, &self.params, &self.robots);
             let time = now - L::lit(f64::from(m.timing.substeps - substep) * m.timing.substep);
-            let touch = touch_points(m, &interface.pairs, &parts, &mut interface.states, live);
+            let touch = touch_observed(m, &interface.pairs, &parts, &mut interface.states, live, observer);
+            observer.substep(m, &interface.pairs, time, &parts);
             let latch = latch(m, &self.params, &parts, interface.watch.closed);
             in_place::observe(m, &mut interface.watch, time, &parts, simulated, &touch, &latch);
             let pushed = monitor::total_wrench(&touch, &latch);

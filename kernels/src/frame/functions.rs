@@ -30,12 +30,12 @@ pub fn frame_functions<const N: usize>() -> Vec<(&'static str, FrameFunction<N>)
         }),
         ("tick_space", |tile, m| {
             let (now, last) = (tile.facility.now(m), tile.facility.is_last(m));
-            tile.tick_space(m, now, last);
+            tile.tick_space(m, now, last, &mut Unobserved);
             Vec::new()
         }),
         ("tick_hil", |tile, m| {
             let (now, last) = (tile.facility.now(m), tile.facility.is_last(m));
-            tile.tick_hil(m, now, last);
+            tile.tick_hil(m, now, last, &mut Unobserved);
             Vec::new()
         }),
         ("take_command", |tile, m| {
@@ -67,7 +67,7 @@ pub fn frame_functions<const N: usize>() -> Vec<(&'static str, FrameFunction<N>)
             tile.facility.commands.put(tile.facility.step, &command(m, &parts), true);
             let jitter = tile.facility.tick % 7.0 * 1e-4;
             let now = tile.facility.now(m);
-            tile.facility.tick_facility(m, &mut tile.hil.interface, &parts, now, jitter, true);
+            tile.facility.tick_facility(m, &mut tile.hil.interface, &parts, now, jitter, true, &mut Unobserved);
             Vec::new()
         }),
         ("receive_wrench", |tile, m| {
