@@ -9,6 +9,7 @@ use softdock_kernels::fields::{Field, fields};
 use softdock_kernels::metrics::{Metrics, Presence, flags};
 use softdock_kernels::params::{self, Params};
 use softdock_kernels::session::RULES;
+use softdock_results::contact_events::contact_event_table;
 use softdock_results::{Table, TableReader};
 use std::fmt::Write as _;
 use std::fs;
@@ -180,7 +181,7 @@ fn columns(bench: &Bench) -> String {
     let mut out = "\
 # Columns of the results
 
-From the metadata of the Parquet files that `softdock run campaigns/smoke.toml` writes. Every column has `unit`,
+From the metadata of the Parquet files that `softdock run campaigns/smoke.toml` writes, and that it would write with `[contact_events]`. Every column has `unit`,
 `description`, `source` and `kind` as field metadata. The columns of requirements and custom metrics depend on the campaign.
 "
     .to_owned();
@@ -199,6 +200,7 @@ From the metadata of the Parquet files that `softdock run campaigns/smoke.toml` 
     traces.sort_by_key(fs::DirEntry::path);
     let traces = TableReader::open(&traces[0].path()).and_then(|reader| reader.columns()).expect("columns");
     section("traces/*.parquet", &traces);
+    section("contact_events.parquet", &contact_event_table(&[]));
     out
 }
 

@@ -3,6 +3,7 @@
 mod bad_input;
 mod bench;
 mod cli;
+mod contact_events;
 mod diagnose;
 mod docs;
 mod drive;

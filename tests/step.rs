@@ -167,7 +167,8 @@ fn counts_of_stepped_draws_add_up_and_are_those_of_the_run() {
         assert!(0.0 <= min && min <= median && median <= max, "{range}");
     }
     let time = &facility["wall_time"];
-    let sum: f64 = ["runs_s", "repetitions_s", "traces_s"].iter().filter_map(|part| time[part].as_f64()).sum();
+    let sum: f64 =
+        ["runs_s", "repetitions_s", "traces_s", "contact_events_s"].iter().filter_map(|part| time[part].as_f64()).sum();
     assert!((sum - time["expected_s"].as_f64().expect("a time")).abs() < 1e-9 && sum > 0.0, "{time}");
     assert_eq!(answer["expected_wall_time_s"], time["expected_s"]);
     // More draws than the campaign has: all of its runs, as `run` makes them.

@@ -105,9 +105,10 @@ pub(crate) fn compare(args: &CompareArgs) -> Outcome {
 /// Judge finished runs by other criteria, metrics and requirements, without new runs.
 #[derive(Args, Debug)]
 #[command(after_help = "\
-May change: [[requirement]], [[metric]], [traces], [compare], titles and sources of a campaign, what an invalid run
-counts as, and the criteria of the scenario's [task]. Any other change is refused with its keys: it needs new runs.
-The change is recorded in campaign.json and on the page. Only the traces and the repeated runs are stepped.
+May change: [[requirement]], [[metric]], [traces], [contact_events], [compare], titles and sources of a campaign, what an
+invalid run counts as, and the criteria of the scenario's [task]. Any other change is refused with its keys: it needs new
+runs. The change is recorded in campaign.json and on the page. Only the runs with traces or contact events and the repeated
+runs are stepped.
 --json prints the summary.
 
 Exit codes: as `run`.

@@ -53,7 +53,8 @@ pub fn summarise(content: &Content, facts: &CampaignFacts) -> Result<Summary> {
         }
     };
     let (parity, half_step) = (repeated(&PARITY), repeated(&HALF_STEP));
-    completeness.ignored.extend(content.traces.foreign.iter().map(|(path, reason)| ignored(results, path, reason)));
+    let foreign = content.traces.foreign.iter().chain(&content.foreign_events);
+    completeness.ignored.extend(foreign.map(|(path, reason)| ignored(results, path, reason)));
     Ok(Summary { parity, half_step, ..judge(facts, completeness, &tally) })
 }
 

@@ -80,9 +80,11 @@ pub struct Execution {
     pub invalid: Invalid,
 }
 
-/// Runs whose time histories are kept.
+/// Runs whose time histories or contact events are kept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Keep {
+    /// Every run; contact events only.
+    All,
     /// The undispersed run.
     Nominal,
     /// Every run that fails a requirement.
@@ -101,6 +103,15 @@ pub struct TracePlan {
     /// Every how many ticks a row is written.
     pub every_ticks: u32,
     /// Of which runs.
+    pub keep: Vec<Keep>,
+}
+
+/// Contact events to keep.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ContactEventPlan {
+    /// Separations of at most this time do not end an event \[s\].
+    pub merge_gap: f64,
+    /// Of which runs; none: no file.
     pub keep: Vec<Keep>,
 }
 
@@ -139,6 +150,8 @@ pub struct Campaign {
     pub agreement: Vec<AgreementRequirement>,
     /// Time histories to keep.
     pub traces: TracePlan,
+    /// Contact events to keep.
+    pub contact_events: ContactEventPlan,
     /// The facilities to compare; if there are any, the runs are made on them and not on the scenario's own.
     pub variants: Vec<Variant>,
     /// How they are compared.

@@ -1,15 +1,16 @@
 //! Reads a campaign file with everything that it names, and checks it.
 
-use crate::campaign::{Backend, Campaign, Execution, Invalid, Keep, MOST_SHARDS, Method, TracePlan};
+use crate::campaign::{Backend, Campaign, Execution, Invalid, MOST_SHARDS, Method};
 use crate::check::Checker;
 use crate::compare::{self, Comparison};
 use crate::derived;
 use crate::dispersion::{Class, Dispersion, DispersionReader};
 use crate::expression::Bounds;
 use crate::identified::IdentifiedEffect;
+use crate::kept;
 use crate::metric;
 use crate::no_effect::{self, IneffectiveKey};
-use crate::problem::{Problem, Problems};
+use crate::problem::Problems;
 use crate::ranges::MOST_RUNS;
 use crate::read;
 use crate::requirement;
@@ -19,9 +20,8 @@ use crate::source::Source;
 use crate::stability::Extremes;
 use crate::variant;
 use crate::written::At;
-use crate::written::campaign::{CampaignFile, ExecutionTable, TracesTable};
+use crate::written::campaign::{CampaignFile, ExecutionTable};
 use softdock_kernels::fields::{fields, from_slice};
-use softdock_kernels::model::Timing;
 use softdock_kernels::params::Params;
 use softdock_kernels::range::Range;
 use std::path::{Path, PathBuf};
@@ -161,7 +161,8 @@ fn check(c: &mut Checker, file: &CampaignFile, scenario: Scenario) -> Campaign {
         metrics,
         requirements,
         agreement,
-        traces: traces(c, &file.traces, &scenario.model.timing),
+        traces: kept::traces(c, &file.traces, &scenario.model.timing),
+        contact_events: kept::contact_events(c, file.contact_events.as_ref()),
         text: c.source.text().to_owned(),
         hash: hash(&c.source, &scenario, &tables),
         files: std::iter::once(&c.source)
@@ -253,38 +254,6 @@ fn outer(
         }
         (None, None) => None,
     }
-}
-
-fn traces(c: &mut Checker, table: &TracesTable, timing: &Timing) -> TracePlan {
-    let every_ticks = table.rate.as_ref().map_or(1, |rate| {
-        let fastest = 1.0 / timing.tick();
-        let rate = c.number(rate, "Hz", Range::within(fastest / 1e6, fastest * (1.0 + 1e-9)));
-        (fastest / rate).round().max(1.0) as u32
-    });
-    let words = table.keep.as_ref().map_or(&[][..], |keep| &keep.value);
-    TracePlan { every_ticks, keep: words.iter().filter_map(|word| keep(c, word)).collect() }
-}
-
-fn keep(c: &mut Checker, written: &At<String>) -> Option<Keep> {
-    let (word, count) = match written.value.split_once(':') {
-        Some((word, count)) => (word, count.trim().parse::<u32>().ok().filter(|count| (1..=10_000).contains(count))),
-        None => (written.value.as_str(), None),
-    };
-    let keep = match (word, count, written.value.contains(':')) {
-        ("nominal", _, false) => Some(Keep::Nominal),
-        ("failed", _, false) => Some(Keep::Failed),
-        ("invalid", _, false) => Some(Keep::Invalid),
-        ("worst", Some(count), _) => Some(Keep::Worst(count)),
-        ("random", Some(count), _) => Some(Keep::Random(count)),
-        _ => None,
-    };
-    if keep.is_none() {
-        let problem = Problem::at(&c.source, written.span.clone(), "this names no runs")
-            .expected("nominal, failed, invalid, worst:N or random:N")
-            .remedy("write \"nominal\", \"failed\", \"invalid\", \"worst:20\" or \"random:50\" (N from 1 to 10000)");
-        c.problems.push(problem);
-    }
-    keep
 }
 
 /// Refuses what has no effect in any variant that has it.

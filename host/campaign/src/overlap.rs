@@ -15,12 +15,17 @@ const EXCESS: f64 = 0.011;
 
 /// Keys of the point and of the solid of an overlap in the scenario; entries count from 1.
 pub fn keys(overlap: &Overlap) -> [String; 2] {
-    let table = |side: Side| if side == Side::A { "part_a" } else { "part_b" };
-    let key = |side: Side, source: PointSource| match source {
-        PointSource::Point(index) => format!("{}.point[{}]", table(side), index + 1),
-        PointSource::Solid(index) => format!("{}.solid[{}]", table(side), index + 1),
-    };
-    [key(overlap.side, overlap.source), key(overlap.side.other(), PointSource::Solid(overlap.solid))]
+    let solid = PointSource::Solid(overlap.solid);
+    [key(overlap.side, overlap.source), key(overlap.side.other(), solid)]
+}
+
+/// Key of a point or solid of a part in the scenario, `part_a.solid[1]`; entries count from 1.
+pub(crate) fn key(side: Side, source: PointSource) -> String {
+    let table = if side == Side::A { "part_a" } else { "part_b" };
+    match source {
+        PointSource::Point(index) => format!("{table}.point[{}]", index + 1),
+        PointSource::Solid(index) => format!("{table}.solid[{}]", index + 1),
+    }
 }
 
 /// A length in millimetres, to a micrometre: `110 mm`.

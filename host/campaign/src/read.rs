@@ -71,6 +71,7 @@ const EXAMPLES: &[(&str, &str)] = &[
     ("subject", "subject = \"space\" (or \"facility\", \"agreement\")"),
     ("probability", "probability = \"99 %\""),
     ("confidence", "confidence = \"90 %\""),
+    ("keep", "keep = [\"worst:5\", \"random:20\"]"),
 ];
 
 /// What has changed since an older version of a format.

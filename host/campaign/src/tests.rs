@@ -1,11 +1,13 @@
 //! The shipped campaigns, and the statistics of whole draws.
 
-use crate::campaign::{Keep, Method};
+use crate::campaign::{ContactEventPlan, Keep, Method};
+use crate::contact_names::{ContactNames, pair_key};
 use crate::scenario::tests::FREE_BODY;
 use crate::{Campaign, histograms, json_schema, load, scenario_json_schema};
 use softdock_kernels::fields::{fields, to_vec};
+use softdock_kernels::model::Side;
 use softdock_kernels::params::Params;
-use softdock_kernels::plant::Plant;
+use softdock_kernels::plant::{Plant, PointSource};
 use std::path::{Path, PathBuf};
 
 fn campaigns() -> PathBuf {
@@ -379,6 +381,24 @@ fn settings_and_requirements_are_read() {
     assert_eq!((r.limits.at_most, r.limits.at_least, r.unit()), (Some(500.0), None, "N"));
     assert_eq!((r.probability, r.confidence), (0.9973, 0.9));
     assert_eq!((c.traces.every_ticks, &c.traces.keep[..]), (4, &[Keep::Nominal, Keep::Worst(20)][..]));
+}
+
+#[test]
+fn contact_events_are_kept_of_the_runs_that_the_table_names() {
+    let c = campaign(10, "[contact_events]\nkeep = [\"all\", \"worst:3\"]\nmerge_gap = \"2 ms\"\n");
+    assert_eq!(c.contact_events, ContactEventPlan { merge_gap: 2e-3, keep: vec![Keep::All, Keep::Worst(3)] });
+    assert_eq!(campaign(10, "").contact_events, ContactEventPlan::default());
+}
+
+#[test]
+fn what_touches_has_its_key_and_its_name() {
+    let names = ContactNames::of(&shipped("berth.toml").scenario);
+    let cube = names.member(Side::A, PointSource::Solid(0));
+    assert_eq!(cube, ["part_a.solid[1]", "cube"]);
+    assert_eq!(names.member(Side::B, PointSource::Solid(3)), ["part_b.solid[4]", "bumper"]);
+    let unnamed = ContactNames::of(&shipped("smoke.toml").scenario);
+    assert_eq!(unnamed.member(Side::A, PointSource::Point(1)), ["part_a.point[2]", ""]);
+    assert_eq!([pair_key(None), pair_key(Some(1))], ["contact", "contact.pair[2]"]);
 }
 
 #[test]

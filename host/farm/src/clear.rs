@@ -6,16 +6,18 @@ use crate::lock::{FOLDER_LOCK, FolderLock, SHARD_LOCKS};
 use crate::observer::{Context, Note};
 use crate::paths::{files_below, named_files, normal};
 use crate::slurm::{SLURM_FILES, SLURM_FOLDER};
+use softdock_results::contact_events::CONTACT_EVENTS_FILE;
 use std::path::{Path, PathBuf};
 
 /// Files at the top of a results folder; the last one goes last, so that what is left is still known as one.
-const FILES: [&str; 9] = [
+const FILES: [&str; 10] = [
     "summary.json",
     "report.html",
     "compare.json",
     "compare.html",
     "parity.parquet",
     "half_step.parquet",
+    CONTACT_EVENTS_FILE,
     "cases.csv",
     "cases.parquet",
     "campaign.json",
@@ -148,6 +150,7 @@ mod tests {
             "traces/run=000000017.parquet",
             "replays/run=000000017.parquet",
             "half_step.parquet",
+            "contact_events.parquet",
         ];
         let foreign =
             ["notes.txt", "runs/mine.parquet", "runs/shard=1.csv", "traces/sub/run=1.parquet", "shard=1.parquet", ""];

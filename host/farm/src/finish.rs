@@ -1,5 +1,6 @@
-//! Completion of a campaign: repeated runs, time histories, summary and page.
+//! Completion of a campaign: repeated runs, time histories, contact events, summary and page.
 
+use crate::contact_events::write_kept_events;
 use crate::error::Result;
 use crate::folder::ResultsFolder;
 use crate::observer::Context;
@@ -7,8 +8,10 @@ use crate::page::{page_text, write_page};
 use crate::paths::files_below;
 use crate::repetitions::{HalfStepRuns, ParityRuns};
 use crate::run_engine::RunEngine;
-use crate::traces::{TraceSelection, write_traces};
+use crate::run_selection::RunSelection;
+use crate::traces::write_traces;
 use softdock_analysis::{Content, Summary, summarise, write_summary};
+use softdock_results::contact_events::CONTACT_EVENTS_FILE;
 use softdock_results::parity::{HALF_STEP, PARITY};
 use softdock_results::shards::ShardIndex;
 use softdock_results::{hash_files, is_temporary};
@@ -22,15 +25,24 @@ use std::path::Path;
 pub(crate) fn finish(folder: &ResultsFolder, index: ShardIndex, context: Context) -> Result<Summary> {
     let mut reference = RunEngine::reference(&folder.campaign);
     let (mut parity, mut half_step) = (ParityRuns::of(folder, &index), HalfStepRuns::of(folder, &index));
-    let mut selection = TraceSelection::new(&folder.campaign);
+    let campaign = &folder.campaign;
+    let (mut traced, mut recorded) = (
+        RunSelection::new(campaign, &campaign.traces.keep),
+        RunSelection::new(campaign, &campaign.contact_events.keep),
+    );
+    let mut runs = 0;
     // Run numbers of given cases may have gaps; the places of their rows have none.
     for (place, row) in (0..).zip(index.read_runs()) {
         let row = row?;
-        selection.see(place, &row);
+        traced.see(place, &row);
+        recorded.see(place, &row);
+        runs += 1;
         half_step.see(place, &row);
         parity.see(place, row);
     }
-    write_traces(folder, &reference.builder, &reference.provenance(), &index, selection.kept())?;
+    let provenance = reference.provenance();
+    write_traces(folder, &reference.builder, &provenance, &index, traced.kept())?;
+    write_kept_events(folder, (&reference.builder, &provenance), (&index, runs), recorded, context)?;
     parity.write(folder, &mut reference, &index, context)?;
     half_step.write(folder, &mut reference, &index, context)?;
     write_summary_and_page(folder, index)
@@ -74,7 +86,7 @@ fn hashed(folder: &ResultsFolder, content: &Content) -> Vec<String> {
     let ignored: Vec<&Path> = foreign.chain(content.shards.set_aside.iter().map(|path| path.as_path())).collect();
     let belongs = |name: &str| {
         name == crate::manifest::MANIFEST_FILE
-            || [PARITY.file, HALF_STEP.file].contains(&name)
+            || [PARITY.file, HALF_STEP.file, CONTACT_EVENTS_FILE].contains(&name)
             || ["campaign/", "runs/", "traces/"].iter().any(|folder| name.starts_with(folder))
             || folder.campaign.cases().is_some_and(|cases| cases.file_name() == name)
     };

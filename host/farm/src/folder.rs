@@ -12,14 +12,22 @@ use crate::paths::{files_below, named_files, normal};
 use softdock_analysis::{CampaignFacts, Extension, InvalidRuns, Judge, Judgement};
 use softdock_campaign::Campaign;
 use softdock_campaign::campaign::{Invalid, Method};
+use softdock_results::contact_events::CONTACT_EVENTS_FILE;
 use softdock_results::partial::reopen_shard;
 use softdock_results::shards::{Origin, ShardIndex, ShardPlan, rewrite_runs, run_files};
 use softdock_results::{TableReader, remove_abandoned, write_file};
 use std::path::{Path, PathBuf};
 
 /// Files derived from all runs.
-const DERIVED: [&str; 6] =
-    ["summary.json", "report.html", "parity.parquet", "half_step.parquet", "compare.json", "compare.html"];
+const DERIVED: [&str; 7] = [
+    "summary.json",
+    "report.html",
+    "parity.parquet",
+    "half_step.parquet",
+    CONTACT_EVENTS_FILE,
+    "compare.json",
+    "compare.html",
+];
 
 /// Judgement of runs by another version of their campaign.
 #[derive(Clone, Debug)]
@@ -266,7 +274,7 @@ impl ResultsFolder {
         self.manifest().write(&self.path)
     }
 
-    /// Removes derived files: summary, page, time histories, repeated runs.
+    /// Removes derived files: summary, page, time histories, contact events, repeated runs.
     fn remove_derived(&self) -> Result<()> {
         for name in DERIVED {
             remove(&self.path.join(name))?;
@@ -307,7 +315,7 @@ impl ResultsFolder {
 
     /// Extends the folder's campaign: whole shards are kept, and the last one is completed if it was not full.
     ///
-    /// Derived files (summary, page, time histories, repeated runs) are removed and made again.
+    /// Derived files (summary, page, time histories, contact events, repeated runs) are removed and made again.
     fn extend(&mut self, before: u64, context: Context) -> Result<()> {
         let after = self.campaign.runs;
         let old = Self { campaign: self.campaign.clone().with_sample(before, self.campaign.seed), ..self.unlocked() };

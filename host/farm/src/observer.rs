@@ -15,6 +15,8 @@ pub enum Work {
     Parity,
     /// Runs repeated at half the substep.
     HalfStep,
+    /// Runs repeated in f64 for their contact events.
+    ContactEvents,
     /// Runs with a campaign's own model.
     OwnModel,
     /// The same runs with an extended model.
@@ -28,6 +30,7 @@ impl Work {
             Self::Runs => "run",
             Self::Parity => "parity",
             Self::HalfStep => "half step",
+            Self::ContactEvents => "contact events",
             Self::OwnModel => "own model",
             Self::ExtendedModel => "extended model",
         }

@@ -4,6 +4,7 @@
 //! so that two writers of one shard and a killed writer are normal cases.
 
 mod atomic;
+pub mod contact_events;
 pub mod drive_log;
 mod error;
 pub mod foreign;

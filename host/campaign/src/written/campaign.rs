@@ -53,6 +53,8 @@ pub(crate) struct CampaignFile {
     /// Time histories to keep.
     #[serde(default)]
     pub(crate) traces: TracesTable,
+    /// Contact events to keep, one row each; without it none.
+    pub(crate) contact_events: Option<ContactEventsTable>,
 }
 
 /// How the runs are executed.
@@ -261,4 +263,14 @@ pub(crate) struct TracesTable {
     pub(crate) rate: Option<Quantity>,
     /// "nominal", "failed", "invalid", "worst:N", "random:N".
     pub(crate) keep: Option<At<Vec<At<String>>>>,
+}
+
+/// Contact events to keep.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct ContactEventsTable {
+    /// Of which runs: "nominal", "failed", "invalid", "worst:N", "random:N"; "all" makes every run once more in f64.
+    pub(crate) keep: At<Vec<At<String>>>,
+    /// Separations of at most this time do not end an event; default "0 s".
+    pub(crate) merge_gap: Option<Quantity>,
 }

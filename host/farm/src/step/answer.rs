@@ -31,6 +31,7 @@ fn facility(facility: &SteppedFacility) -> Value {
         "wall_time": {
             "device": time.device, "expected_s": time.total(),
             "runs_s": time.runs, "repetitions_s": time.repetitions, "traces_s": time.traces,
+            "contact_events_s": time.contact_events,
         },
     })
 }

@@ -34,13 +34,18 @@ impl Stepped {
         let sum = |part: fn(&WallTime) -> f64| times().map(part).sum::<f64>();
         let mut devices: Vec<&str> = times().map(|time| time.device.as_str()).collect();
         devices.dedup();
+        let events = match sum(|time| time.contact_events) {
+            0.0 => String::new(),
+            seconds => format!(", contact events {}", duration(seconds)),
+        };
         let mut text = format!(
-            "\nexpected wall time  {} on {}\n  runs {}, repetitions in f64 {}, time histories {}; files not included\n",
+            "\nexpected wall time  {} on {}\n  runs {}, repetitions in f64 {}, time histories {}{}; files not included\n",
             duration(sum(WallTime::total)),
             devices.join(" and "),
             duration(sum(|time| time.runs)),
             duration(sum(|time| time.repetitions)),
             duration(sum(|time| time.traces)),
+            events,
         );
         let draws: usize = self.facilities.iter().map(|facility| facility.draws.rows.len()).sum();
         let seconds: f64 = self.facilities.iter().map(|facility| facility.draws.seconds).sum();

@@ -15,6 +15,8 @@ pub(super) struct WallTime {
     pub(super) repetitions: f64,
     /// Time histories that are kept \[s\].
     pub(super) traces: f64,
+    /// Runs repeated for their contact events \[s\].
+    pub(super) contact_events: f64,
     /// Where the runs are made.
     pub(super) device: String,
 }
@@ -22,7 +24,7 @@ pub(super) struct WallTime {
 impl WallTime {
     /// All of it \[s\].
     pub(super) fn total(&self) -> f64 {
-        self.runs + self.repetitions + self.traces
+        self.runs + self.repetitions + self.traces + self.contact_events
     }
 }
 
@@ -87,30 +89,35 @@ pub(super) fn expected(
     let parity = (campaign.execution.parity * campaign.runs as f64).ceil() as u64;
     let more = if elsewhere.is_some() { cpu.seconds(half_step) + cpu.seconds(parity) } else { 0.0 };
     let draws = elsewhere.map_or(on_cpu.0, |(draws, _)| draws);
-    let trace = nominal.seconds / end_of(&nominal.row).max(f64::MIN_POSITIVE) * cpu.mean;
+    // A run that is stepped in one lane, with all threads at work.
+    let alone =
+        nominal.seconds / end_of(&nominal.row).max(f64::MIN_POSITIVE) * cpu.mean / rayon::current_num_threads() as f64;
     WallTime {
         runs,
         repetitions: 2.0 * cpu.seconds(half_step) + more,
-        traces: kept(campaign, draws) * trace / rayon::current_num_threads() as f64,
+        traces: kept(campaign, &campaign.traces.keep, draws) * alone,
+        // A substep with a recorder of contacts costs about as much as one with the signals of its tick.
+        contact_events: kept(campaign, &campaign.contact_events.keep, draws) * alone,
         device: draws.device.clone(),
     }
 }
 
-/// Expected number of time histories.
-fn kept(campaign: &Campaign, draws: &Draws) -> f64 {
+/// Expected number of runs that are kept.
+fn kept(campaign: &Campaign, keep: &[Keep], draws: &Draws) -> f64 {
     let share = |status: Status| {
         let count = draws.rows.iter().filter(|row| row.status == status).count();
         count as f64 / draws.rows.len().max(1) as f64
     };
     let runs = campaign.runs as f64;
     let of = |keep: &Keep| match keep {
+        Keep::All => runs,
         Keep::Nominal => 1.0,
         Keep::Failed => share(Status::Fail) * runs,
         Keep::Invalid => share(Status::Invalid) * runs,
         Keep::Worst(count) => 2.0 * f64::from(*count) * campaign.requirements.len() as f64,
         Keep::Random(count) => f64::from(*count),
     };
-    campaign.traces.keep.iter().map(of).sum::<f64>().min(runs + 1.0)
+    keep.iter().map(of).sum::<f64>().min(runs + 1.0)
 }
 
 #[cfg(test)]
