@@ -19,7 +19,15 @@ fn shipped(scenario: &str) -> Plant {
 
 #[test]
 fn the_emitted_structs_are_the_field_tables() {
-    for scenario in ["smoke.toml", "plate_impact.toml", "probe_drogue.toml", "berth.toml", "insert.toml"] {
+    for scenario in [
+        "smoke.toml",
+        "plate_impact.toml",
+        "probe_drogue.toml",
+        "berth.toml",
+        "insert.toml",
+        "servo.toml",
+        "grapple.toml",
+    ] {
         let kernel = kernel(&shipped(scenario), Batch::whole());
         let module = naga::front::wgsl::parse_str(&kernel.text).expect("the kernel is WGSL");
         for table in &kernel.structs {

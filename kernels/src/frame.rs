@@ -13,10 +13,13 @@ pub mod observer;
 mod runs;
 pub mod single;
 
+use crate::arm_motion::{ArmMotion, no_motion};
+use crate::arm_plan::Camera;
 use crate::compensator::Compensation;
 use crate::contact::{Point, PointState, space_pair};
 use crate::delay_line::Line;
 use crate::fields::Bundle;
+use crate::grip::{Grip, grip_after, no_grip};
 use crate::impedance::Admittance;
 use crate::lanes::Lane;
 use crate::load::Load;
@@ -30,8 +33,8 @@ use crate::sensor::Sensor;
 use crate::session::Session;
 use crate::space::{Actuation, Bodies, Kinematics, Masses, Parts, Wrench, settle_in_place, space_masses};
 use crate::staged::{
-    advance_in_place, command, contact_point, feed_back, followed, guide, in_place, kinematics, latch, metrics,
-    point_on_exact, set_where, start, touch_shell, update_kinematics,
+    advance_in_place, command, contact_point, feed_back, finger_power, followed, guide, in_place, kinematics, latch,
+    metrics, of_finger, point_on_exact, set_where, start, touch_shell, update_kinematics, with_finger,
 };
 use crate::test_motion::Tracking;
 use crate::vector::Vec3;
@@ -67,6 +70,10 @@ struct Loop<L: Lane, const N: usize> {
     /// Of the bodies as they are in the substep under way.
     kinematics: Kinematics<L, N>,
     interface: Interface<L>,
+    /// What the arm's plan wants, if it has one.
+    motion: ArmMotion<L, N>,
+    /// What the arm's own force sensor shows, if it has a plan.
+    felt: Wrench<L>,
 }
 
 /// The interface between the parts of a loop: properties of its laws, what was observed, states of the contact points.
@@ -76,6 +83,8 @@ struct Interface<L: Lane> {
     pairs: Vec<Pair<L>>,
     watch: Watch<L>,
     states: Vec<PointState<L>>,
+    /// Fingers of part A at the begin of the tick.
+    grip: Grip<L>,
 }
 
 /// Several runs stepped together, one per lane.
@@ -120,7 +129,20 @@ fn zero_wrench<L: Lane>() -> Wrench<L> {
     Wrench::zero()
 }
 
-/// All contacts of the parts at given motions, with the properties of each law; where `live`, they go on by a substep.
+/// Whether the arm has a plan to follow.
+#[inline(always)]
+pub fn has_plan(m: &Plant) -> bool {
+    m.guidance.plan.is_some()
+}
+
+/// Whether the arm has a camera whose images are noisy.
+pub fn has_noisy_camera(m: &Plant) -> bool {
+    let camera = m.guidance.plan.as_ref().and_then(|plan| plan.camera.as_ref());
+    camera.is_some_and(Camera::is_noisy)
+}
+
+/// All contacts of the parts at given motions, fingers open, with the properties of each law; where `live`, they go on by a
+/// substep.
 #[inline(always)]
 pub fn touch_points<L: Lane>(
     m: &Plant,
@@ -129,7 +151,7 @@ pub fn touch_points<L: Lane>(
     states: &mut [PointState<L>],
     live: L::Mask,
 ) -> Touch<L> {
-    touch_observed(m, pairs, parts, states, live, &mut Unobserved)
+    touch_observed(m, pairs, parts, &no_grip(), states, live, &mut Unobserved)
 }
 
 /// [`touch_points`] that shows each contact to an observer.
@@ -138,6 +160,7 @@ fn touch_observed<L: Lane, O: ContactObserver<L>>(
     m: &Plant,
     pairs: &[Pair<L>],
     parts: &Parts<L>,
+    grip: &Grip<L>,
     states: &mut [PointState<L>],
     live: L::Mask,
     observer: &mut O,
@@ -149,10 +172,22 @@ fn touch_observed<L: Lane, O: ContactObserver<L>>(
         let point = Point { position: Vec3::lit(point.position), radius: L::lit(point.radius), share };
         let of = &m.pairs[contact.pair];
         let pair = &pairs[contact.pair];
-        let c = match of.has_mesh {
-            true => contact_point(m, of, pair, parts, point, *state),
-            false => point_on_exact(m, of, pair, parts, point, *state),
+        let moved;
+        let own = match of.finger {
+            None => parts,
+            Some(finger) => {
+                moved = with_finger(&m.contact.fingers[finger], parts, grip);
+                &moved
+            }
         };
+        let mut c = match of.has_mesh {
+            true => contact_point(m, of, pair, own, point, *state),
+            false => point_on_exact(m, of, pair, own, point, *state),
+        };
+        if let Some(finger) = of.finger.map(|finger| &m.contact.fingers[finger]) {
+            c = of_finger(finger, parts, grip, &c);
+            sum.finger_power = sum.finger_power + finger_power(finger, parts, grip, &c);
+        }
         observer.contact(index, state, &c);
         index += 1;
         state.bristle = Vec3::select(live, c.state.bristle, state.bristle);
@@ -162,7 +197,20 @@ fn touch_observed<L: Lane, O: ContactObserver<L>>(
         in_place::gather(&mut sum, &c);
     }
     for (shell, state) in m.shells.iter().zip(of_shells) {
-        let c = touch_shell(m, shell, &pairs[shell.pair], parts, state);
+        let finger = m.pairs[shell.pair].finger.map(|finger| &m.contact.fingers[finger]);
+        let moved;
+        let own = match finger {
+            None => parts,
+            Some(finger) => {
+                moved = with_finger(finger, parts, grip);
+                &moved
+            }
+        };
+        let mut c = touch_shell(m, shell, &pairs[shell.pair], own, state);
+        if let Some(finger) = finger {
+            c = of_finger(finger, parts, grip, &c);
+            sum.finger_power = sum.finger_power + finger_power(finger, parts, grip, &c);
+        }
         observer.contact(index, state, &c);
         index += 1;
         state.set_where(live, &c.state);
@@ -189,6 +237,8 @@ impl<L: Lane, const N: usize> Tile<L, N> {
             bodies: start(m, &facility.params, &masses),
             kinematics: crate::fields::filled(L::lit(0.0)),
             interface: Interface::new(m, &facility.params, space_pair),
+            motion: no_motion(),
+            felt: zero_wrench(),
         };
         let parts = kinematics(m, &masses, &space.bodies).parts;
         facility.robots = crate::robot::robots_at(m, &command(m, &parts));
@@ -220,29 +270,32 @@ impl<L: Lane, const N: usize> Tile<L, N> {
             return;
         }
         let before = if all::<L>(live) { None } else { Some((s.bodies, s.interface.watch)) };
+        let noise = self.facility.camera_noise(m);
         let mut u = still();
         for substep in 0..m.timing.substeps {
             let (k, bodies) = (&mut s.kinematics, &mut s.bodies);
-            let Interface { pairs, watch: seen, states } = &mut s.interface;
+            let Interface { pairs, watch: seen, states, grip } = &mut s.interface;
             update_kinematics(m, &s.masses, bodies, k);
             if substep == 0 {
-                u = guide(
-                    m,
-                    p,
-                    &s.masses,
-                    &bodies.arm,
-                    &bodies.drives,
-                    bodies.chaser.attitude,
-                    k,
-                    monitor::touched(seen),
-                );
+                let Bodies { arm, drives, chaser, .. } = &*bodies;
+                if has_plan(m) {
+                    let captured = seen.closed;
+                    in_place::follow(m, p, &mut s.motion, arm, drives, chaser.attitude, k, &s.felt, captured, &noise);
+                    *grip = s.motion.grip;
+                }
+                u = guide(m, p, &s.masses, arm, drives, chaser.attitude, k, monitor::touched(seen), &s.motion);
             }
-            let time = L::lit(f64::from(substep) * m.timing.substep) + now;
-            let touch = touch_observed(m, pairs, &k.parts, states, live, observer);
+            let elapsed = L::lit(f64::from(substep) * m.timing.substep);
+            let (time, now_gripped) = (elapsed + now, grip_after(grip, elapsed));
+            let touch = touch_observed(m, pairs, &k.parts, &now_gripped, states, live, observer);
             observer.substep(m, pairs, time, &k.parts);
-            let latch = latch(m, p, &k.parts, seen.closed);
+            let latch = latch(m, p, &k.parts, seen.closed, now_gripped.share);
             in_place::observe(m, seen, time, &k.parts, &k.parts, &touch, &latch);
-            advance_in_place(m, &s.masses, bodies, k, &u, monitor::total_wrench(&touch, &latch));
+            let pushed = monitor::total_wrench(&touch, &latch);
+            if has_plan(m) {
+                in_place::feel(m, &mut s.felt, k.parts.a, pushed);
+            }
+            advance_in_place(m, &s.masses, bodies, k, &u, pushed);
         }
         settle_in_place(&mut s.bodies);
         if let Some((bodies, watch)) = before {
@@ -278,13 +331,22 @@ impl<L: Lane, const N: usize> Tile<L, N> {
         let before = if all::<L>(live) { None } else { Some(s.bodies) };
         let (k, bodies, mut energy) = (&mut s.kinematics, &mut s.bodies, s.interface.watch.port_energy);
         let touched = monitor::touched(&s.interface.watch);
-        let u = guide(m, p, &s.masses, &bodies.arm, &bodies.drives, bodies.chaser.attitude, k, touched);
+        let Bodies { arm, drives, chaser, .. } = &*bodies;
+        if has_plan(m) {
+            let (captured, noise) = (s.interface.watch.closed, self.facility.camera_noise(m));
+            in_place::follow(m, p, &mut s.motion, arm, drives, chaser.attitude, k, &s.felt, captured, &noise);
+            s.interface.grip = s.motion.grip;
+        }
+        let u = guide(m, p, &s.masses, arm, drives, chaser.attitude, k, touched, &s.motion);
         for substep in 0..m.timing.substeps {
             if substep > 0 {
                 update_kinematics(m, &s.masses, bodies, k);
             }
             let fed = feed_back(k.parts.a, held);
             energy = monitor::port_power(&k.parts, fed).mul_add(L::lit(m.timing.substep), energy);
+            if has_plan(m) {
+                in_place::feel(m, &mut s.felt, k.parts.a, fed);
+            }
             advance_in_place(m, &s.masses, bodies, k, &u, fed);
         }
         settle_in_place(bodies);
@@ -300,11 +362,13 @@ impl<L: Lane, const N: usize> Tile<L, N> {
         let (space, hil) = (simulated(&self.space), simulated(&self.hil));
         let mut states = self.space.interface.states.clone();
         let nobody = L::lit(1.0).lt(L::lit(0.0));
-        let touch = touch_points(m, &self.space.interface.pairs, &space, &mut states, nobody);
+        let grips = [&self.space, &self.hil].map(|side| grip_after(&side.interface.grip, L::lit(m.timing.tick())));
+        let pairs = &self.space.interface.pairs;
+        let touch = touch_observed(m, pairs, &space, &grips[0], &mut states, nobody, &mut Unobserved);
         let (facility, watch) = (&self.facility, &self.hil.interface.watch);
         let mounted = crate::robot::mounted_parts(m, &facility.params, &facility.robots);
-        let latched = latch(m, &facility.params, &space, self.space.interface.watch.closed).wrench;
-        let held = latch(m, &facility.params, &mounted, watch.closed).wrench;
+        let latched = latch(m, &facility.params, &space, self.space.interface.watch.closed, grips[0].share).wrench;
+        let held = latch(m, &facility.params, &mounted, watch.closed, grips[1].share).wrench;
         Signals {
             time: facility.tick.lane(lane) * m.timing.tick(),
             parts: [one(&space, lane), one(&hil, lane)],
@@ -315,6 +379,10 @@ impl<L: Lane, const N: usize> Tile<L, N> {
             fed_back: one(&facility.held, lane),
             injected_energy: (watch.port_energy - watch.hardware_energy).lane(lane),
             closed: [self.space.interface.watch.closed.lane(lane), self.hil.interface.watch.closed.lane(lane)],
+            phase: [&self.space, &self.hil].map(|side| match has_plan(m) {
+                true => side.motion.phase.lane(lane) + 1.0,
+                false => 0.0,
+            }),
         }
     }
 }

@@ -4,6 +4,8 @@
 //! and the symbols of `softdock-tracer` print the same text as straight-line WGSL. The frame around the stages (ticks,
 //! substeps, delay lines, random numbers) stands twice: in `wgsl/` and in [`frame`]. SI units throughout.
 
+pub mod arm_motion;
+pub mod arm_plan;
 pub mod block;
 pub mod chain;
 pub mod compensator;
@@ -13,10 +15,12 @@ pub mod effects;
 pub mod fields;
 pub mod fixture;
 pub mod frame;
+pub mod grip;
 pub mod guidance;
 pub mod impedance;
 pub mod joint_level;
 pub mod lanes;
+pub mod large_rotation;
 pub mod load;
 pub mod lookup;
 pub mod manipulator;

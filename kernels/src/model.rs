@@ -3,6 +3,8 @@
 //! A stage reads them as literals: on the CPU they are broadcast, in a trace they fold into the WGSL.
 //! What may vary from run to run is not here but in [`Params`].
 
+use crate::arm_plan::ArmPlan;
+pub use crate::arm_plan::{ArmControl, MAX_JOINTS};
 use crate::contact::mesh::Mesh;
 use crate::manipulator::cell::{AXES, Carriage, Mount, Servo};
 use crate::manipulator::{ArmDrive, Manipulator};
@@ -12,9 +14,6 @@ use crate::params::Params;
 use crate::real::Real;
 use crate::vector::{Pose, Quat, Sym3, Vec3, vec3};
 use std::sync::Arc;
-
-/// The most arm joints that a scenario may have.
-pub const MAX_JOINTS: usize = 7;
 
 /// Calls a function that is generic in the joint count with the plant's own.
 #[macro_export]
@@ -108,8 +107,13 @@ impl Model {
                 pairs: Vec::new(),
                 bilateral: false,
                 latch: None,
+                fingers: Vec::new(),
             },
-            guidance: Guidance { thrust: Thrust::Off, arm: ArmControl::JointPd { stiffness: joints, damping: joints } },
+            guidance: Guidance {
+                thrust: Thrust::Off,
+                arm: ArmControl::JointPd { stiffness: joints, damping: joints },
+                plan: None,
+            },
             orbit_rate: 0.0,
             orbit_axes: Quat::identity(),
             field: Vec3::zero(),
@@ -236,6 +240,17 @@ pub struct Contact {
     pub bilateral: bool,
     /// The capture latch, if there is one.
     pub latch: Option<Latch>,
+    /// Members of part A that move in its frame as its grip closes; none: part A is rigid.
+    pub fingers: Vec<Finger>,
+}
+
+/// What moves together in part A's frame as its grip closes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Finger {
+    /// Members of part A.
+    pub members: Members,
+    /// Way from open to closed, part A's axes \[m\].
+    pub travel: Vec3<f64>,
 }
 
 impl Contact {
@@ -460,12 +475,14 @@ pub struct Latch {
 }
 
 /// What the chaser does: thrust on the base, torques at the joints.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Guidance {
     /// Thrust during the approach; ends at first touch.
     pub thrust: Thrust,
-    /// The arm's controller.
+    /// The arm's controller, where the arm has no plan.
     pub arm: ArmControl,
+    /// The phases of the arm's motion; none: its controller holds the start posture.
+    pub plan: Option<ArmPlan>,
 }
 
 /// Base thrust during a docking approach.
@@ -489,38 +506,6 @@ pub enum Thrust {
         max_force: f64,
         /// Torque limit per axis \[N m\].
         max_torque: f64,
-    },
-}
-
-/// The arm's joint controller; gains per joint are scaled by `joint_scale`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum ArmControl {
-    /// Torque = kp (q0 - q) - kd q'.
-    JointPd {
-        /// Stiffness per joint \[N m/rad\].
-        stiffness: [f64; MAX_JOINTS],
-        /// Damping per joint \[N m s/rad\].
-        damping: [f64; MAX_JOINTS],
-    },
-    /// Inverse dynamics of the free-floating arm with q'' = w^2 (q0 - q) - 2 z w q'.
-    ComputedTorque {
-        /// Bandwidth w \[rad/s\].
-        bandwidth: f64,
-        /// Damping ratio z.
-        damping_ratio: f64,
-    },
-    /// End-effector spring and damper to its start pose relative to the base, joint damping for the null space.
-    CartesianImpedance {
-        /// Translational stiffness \[N/m\].
-        stiffness: f64,
-        /// Translational damping \[N s/m\].
-        damping: f64,
-        /// Rotational stiffness \[N m/rad\].
-        rotation_stiffness: f64,
-        /// Rotational damping \[N m s/rad\].
-        rotation_damping: f64,
-        /// Joint damping \[N m s/rad\].
-        joint_damping: f64,
     },
 }
 

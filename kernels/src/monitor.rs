@@ -18,6 +18,7 @@ bundle! {
         depth: R, "m", "largest overlap";
         normal: Vec3<R>, "1", "normal at the most loaded point";
         lever: Vec3<R>, "m", "most loaded point from A's origin";
+        finger_power: R, "1", "power of the contact on the motion of part A's fingers in its frame [W]";
     }
 }
 
@@ -115,7 +116,15 @@ pub fn touched<R: Real>(watch: &Watch<R>) -> R {
 #[inline(always)]
 pub fn no_touch<R: Real>() -> Touch<R> {
     let (zero, none) = (R::lit(0.0), Vec3::zero());
-    Touch { wrench: Wrench::zero(), force: zero, sum: zero, depth: R::lit(-1.0e3), normal: none, lever: none }
+    Touch {
+        wrench: Wrench::zero(),
+        force: zero,
+        sum: zero,
+        depth: R::lit(-1.0e3),
+        normal: none,
+        lever: none,
+        finger_power: zero,
+    }
 }
 
 /// With one point more.
@@ -129,6 +138,7 @@ pub fn gather<R: Real>(sum: &Touch<R>, c: &PointContact<R>) -> Touch<R> {
         depth: sum.depth.max(c.depth),
         normal: Vec3::select(more, c.normal, sum.normal),
         lever: Vec3::select(more, c.lever, sum.lever),
+        finger_power: sum.finger_power,
     }
 }
 
@@ -223,7 +233,10 @@ pub fn observe<R: Real>(
     let mean =
         Wrench { force: half(s.push.force, touch.wrench.force), moment: half(s.push.moment, touch.wrench.moment) };
     let step_work = port_power(parts, mean) * dt;
-    let work = s.contact_work + step_work;
+    let mut work = s.contact_work + step_work;
+    if !m.contact.fingers.is_empty() {
+        work = touch.finger_power.mul_add(dt, work);
+    }
     let closes = zero.lt(latch.closed) & s.closed.le(zero);
     let advance = parts.b.attitude.rotate_back(parts.a.position - parts.b.position).x;
     Watch {

@@ -10,6 +10,9 @@ pub const LINK: u32 = stream("command_link");
 /// Channels of the sensor noise: four deviates and two more.
 pub const SENSOR: [u32; 2] = [stream("sensor_noise_a"), stream("sensor_noise_b")];
 
+/// Channels of the noise of the arm's camera: four deviates and two more.
+pub const CAMERA: [u32; 2] = [stream("camera_noise_a"), stream("camera_noise_b")];
+
 bundle! {
     /// Two independent normal deviates.
     Normals {

@@ -139,6 +139,8 @@ pub struct Signals {
     pub injected_energy: f64,
     /// Latch closed, space and facility.
     pub closed: [f64; 2],
+    /// Phase of the arm's plan, from 1, space and facility; 0 without a plan.
+    pub phase: [f64; 2],
 }
 
 /// Flag bits of a finished run.

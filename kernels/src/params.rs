@@ -21,6 +21,8 @@ bundle! {
         tilt: Vec3<R>, "rad", in Range::size(QUARTER_TURN), "rotation vector of the chaser from its nominal attitude, contact frame";
         chaser_rate: Vec3<R>, "rad/s", in Range::size(RATE), "angular velocity of the chaser at the start, contact frame";
         target_rate: Vec3<R>, "rad/s", in Range::size(RATE), "angular velocity of the target at the start, contact frame";
+        camera_offset: Vec3<R>, "m", in Range::size(1.0), "constant error of part B's place as the arm's camera sees it, part A's axes";
+        camera_tilt: Vec3<R>, "rad", in Range::size(1.0), "constant error of part B's attitude as the arm's camera sees it, a rotation vector in part A's axes";
 
         base_mass: R, "kg", in Range::above(0.0, MASS), null 1.0, "mass of the chaser's base, without the arm";
         base_inertia_scale: R, "1", in Range::above(0.0, 1e3), null 1.0, "factor on the base's nominal inertia";

@@ -8,7 +8,7 @@ use crate::contact::profile::Surface;
 use crate::effects::EffectSet;
 use crate::manipulator::cell::{Cell, Misplaced};
 use crate::material::{NormalLaw, Pair};
-use crate::model::{Contact, ContactPoint, JointLevel, MaterialPair, Model, PartShape, Shape, Side, Solid};
+use crate::model::{Contact, ContactPoint, JointLevel, MaterialPair, Members, Model, PartShape, Shape, Side, Solid};
 use crate::robot::{command, robots_at};
 use crate::session::{SessionRobot, Workspace};
 use crate::space::{Motion, Parts};
@@ -76,6 +76,8 @@ pub struct ContactPair {
     pub is_thin: bool,
     /// The solids.
     pub solids: Vec<PreparedSolid>,
+    /// Finger of part A that its members of part A belong to, if they are of one.
+    pub finger: Option<usize>,
 }
 
 /// What a contact point belongs to, by its index in the [`PartShape`].
@@ -255,10 +257,13 @@ fn contacts(model: &Model, prepared: &[Vec<PreparedSolid>; 2]) -> (KeyedPairs, V
                     .position(|row| row.has(side, source) && row.has(side.other(), PointSource::Solid(*solid)))
             };
             let met: Vec<usize> = (0..solids.len()).filter(|solid| contact.meets(side, source, *solid)).collect();
-            let rows: BTreeSet<Option<usize>> = met.iter().map(row).collect();
+            let finger = |solid: &usize| contact.finger(side, source, *solid);
+            let rows: BTreeSet<_> = met.iter().map(|solid| (row(solid), finger(solid))).collect();
             for number in rows {
-                let own: Vec<usize> = met.iter().copied().filter(|solid| row(solid) == number).collect();
-                let key = PairKey { side, row: number, solids: own, shares: feature.share != 1.0 };
+                let own: Vec<usize> =
+                    met.iter().copied().filter(|solid| (row(solid), finger(solid)) == number).collect();
+                let (row, finger) = number;
+                let key = PairKey { side, row, finger, solids: own, shares: feature.share != 1.0 };
                 let pair = place_of(&mut pairs, key, model, solids);
                 contacts.push(PointOfPair { point: feature.point, share: feature.share, source, pair });
             }
@@ -292,14 +297,13 @@ fn shells(
                 contact.pairs.iter().position(has)
             };
             let met: Vec<usize> = (0..others.len()).filter(|other| contact.meets(side, source, *other)).collect();
-            let groups: BTreeSet<(Option<usize>, bool)> =
-                met.iter().map(|other| (row(*other), has_shell(*other))).collect();
+            let of = |other: usize| (row(other), contact.finger(side, source, other), has_shell(other));
+            let groups: BTreeSet<_> = met.iter().map(|other| of(*other)).collect();
             for group in groups.into_iter().filter(|_| !mesh.shell.is_empty()) {
-                let own: Vec<usize> =
-                    met.iter().copied().filter(|other| (row(*other), has_shell(*other)) == group).collect();
-                let key = PairKey { side, row: group.0, solids: own, shares: true };
+                let own: Vec<usize> = met.iter().copied().filter(|other| of(*other) == group).collect();
+                let key = PairKey { side, row: group.0, finger: group.1, solids: own, shares: true };
                 let pair = place_of(pairs, key, model, others);
-                let half = if group.1 { 0.5 } else { 1.0 };
+                let half = if group.2 { 0.5 } else { 1.0 };
                 let placed = |place: Vec3<f64>| solid.frame.position + solid.frame.attitude.rotate(place);
                 let point = |point: &ShellPoint<f64>| ShellPoint {
                     position: placed(point.position),
@@ -331,6 +335,7 @@ fn place_of(pairs: &mut KeyedPairs, key: PairKey, model: &Model, solids: &[Prepa
 struct PairKey {
     side: Side,
     row: Option<usize>,
+    finger: Option<usize>,
     solids: Vec<usize>,
     shares: bool,
 }
@@ -348,6 +353,7 @@ impl PairKey {
             has_mesh: solids.iter().any(|own| matches!(own.surface, Surface::Mesh(_))),
             is_thin: solids.iter().any(is_thin),
             solids,
+            finger: self.finger,
         }
     }
 }
@@ -369,15 +375,30 @@ pub fn part_points(part: &PartShape) -> Vec<(PointSource, Feature)> {
 impl MaterialPair {
     /// Whether it has something of a part.
     pub fn has(&self, side: Side, source: PointSource) -> bool {
-        let members = self.members(side);
+        self.members(side).has(source)
+    }
+}
+
+impl Members {
+    /// Whether it has a point or solid.
+    pub fn has(&self, source: PointSource) -> bool {
         match source {
-            PointSource::Point(index) => members.points.contains(&index),
-            PointSource::Solid(index) => members.solids.contains(&index),
+            PointSource::Point(index) => self.points.contains(&index),
+            PointSource::Solid(index) => self.solids.contains(&index),
         }
     }
 }
 
 impl Contact {
+    /// The finger that something of a part and a solid of the other belong to, one of them being of part A.
+    fn finger(&self, side: Side, source: PointSource, solid: usize) -> Option<usize> {
+        let of_a = match side {
+            Side::A => source,
+            Side::B => PointSource::Solid(solid),
+        };
+        self.fingers.iter().position(|finger| finger.members.has(of_a))
+    }
+
     /// Whether a point of a part meets a solid of the other. Of two solids the points of the round one meet the other's
     /// surface, of two round ones those of part A, so that no place of contact counts twice. The shell of a mesh has its
     /// whole surface, too: of other solids only a round one has points that meet it, or another mesh.

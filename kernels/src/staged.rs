@@ -1,8 +1,10 @@
 //! The stage functions as the frame calls them: each compiled on its own for the lanes' instruction set.
 
+use crate::arm_motion::ArmMotion;
 use crate::compensator::Compensation;
 use crate::contact::{LatchState, Point, PointContact, PointState};
 use crate::fields::Bundle;
+use crate::grip::Grip;
 use crate::impedance::Admittance;
 use crate::lanes::{Lane, Stage};
 use crate::load::Load;
@@ -10,6 +12,7 @@ use crate::manipulator::cell::{Cell, Drives, SetPoint};
 use crate::manipulator::{ArmDrives, DriveParams};
 use crate::material::Pair;
 use crate::metrics::Metrics;
+use crate::model::Finger;
 use crate::monitor::{Touch, Watch};
 use crate::noise::Normals;
 use crate::params::Params;
@@ -65,7 +68,7 @@ staged! {
     /// [`crate::space::advance_in_place`]
     space::advance_in_place<N>(m; masses: &'a Masses<L>, s: &'a mut Bodies<L, N>, k: &'a Kinematics<L, N>, u: &'a Actuation<L, N>, w: Wrench<L>) -> ();
     /// [`crate::guidance::guide`]
-    guidance::guide<N>(m; p: &'a Params<L>, masses: &'a Masses<L>, arm: &'a Arm<L, N>, drives: &'a ArmDrives<L, N>, base: Quat<L>, k: &'a Kinematics<L, N>, touched: L) -> Actuation<L, N>;
+    guidance::guide<N>(m; p: &'a Params<L>, masses: &'a Masses<L>, arm: &'a Arm<L, N>, drives: &'a ArmDrives<L, N>, base: Quat<L>, k: &'a Kinematics<L, N>, touched: L, motion: &'a ArmMotion<L, N>) -> Actuation<L, N>;
     /// [`crate::contact::contact_point`]
     contact::contact_point(m; of: &'a ContactPair, pair: &'a Pair<L>, parts: &'a Parts<L>, point: Point<L>, state: PointState<L>) -> PointContact<L>;
     /// [`crate::contact::point_on_exact`]
@@ -73,7 +76,13 @@ staged! {
     /// [`crate::contact::shell::touch_shell`]
     contact::touch_shell(m; shell: &'a ShellOfPair, pair: &'a Pair<L>, parts: &'a Parts<L>, state: &'a PointState<L>) -> PointContact<L>;
     /// [`crate::contact::latch`]
-    contact::latch(m; p: &'a Params<L>, parts: &'a Parts<L>, closed: L) -> LatchState<L>;
+    contact::latch(m; p: &'a Params<L>, parts: &'a Parts<L>, closed: L, gripped: L) -> LatchState<L>;
+    /// [`crate::contact::with_finger`]
+    contact::with_finger(; finger: &'a Finger, parts: &'a Parts<L>, grip: &'a Grip<L>) -> Parts<L>;
+    /// [`crate::contact::finger_power`]
+    contact::finger_power(; finger: &'a Finger, parts: &'a Parts<L>, grip: &'a Grip<L>, c: &'a PointContact<L>) -> L;
+    /// [`crate::contact::of_finger`]
+    contact::of_finger(; finger: &'a Finger, parts: &'a Parts<L>, grip: &'a Grip<L>, c: &'a PointContact<L>) -> PointContact<L>;
     /// [`crate::robot::command`]
     robot::command(m; parts: &'a Parts<L>) -> Parts<L>;
     /// [`crate::robot::by_differences`]
@@ -178,6 +187,10 @@ pub mod in_place {
         monitor::observe(m; | s: Watch<L> | time: L, parts: &'a Parts<L>, simulated: &'a Parts<L>, touch: &'a Touch<L>, latch: &'a LatchState<L>);
         /// [`crate::monitor::finish`]
         monitor::finish(m; | s: Watch<L> | time: L, simulated: &'a Parts<L>, last: L, facility: L);
+        /// [`crate::arm_motion::follow`]
+        arm_motion::follow<N>(m; p: &'a Params<L> | s: ArmMotion<L, N> | arm: &'a Arm<L, N>, drives: &'a ArmDrives<L, N>, base: Quat<L>, k: &'a Kinematics<L, N>, felt: &'a Wrench<L>, captured: L, noise: &'a Wrench<L>);
+        /// [`crate::arm_motion::feel`]
+        arm_motion::feel(m; | s: Wrench<L> | a: Motion<L>, w: Wrench<L>);
         /// [`crate::session::supervise`]
         session::supervise(m; | s: Session<L> | seen: &'a Observed<L>, cycle: L);
         /// [`crate::robot::robots`]

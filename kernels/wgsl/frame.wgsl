@@ -52,12 +52,20 @@ fn tick_space(now: f32, last: f32) {
         let k = kinematics(masses, space);
         parts = parts_of(k);
         if (substep == 0u) {
-            u = guide(p, masses, space, k, space_watch);
+            if (PLANNED) {
+                space_motion = follow(p, space_motion, space, k, space_felt, space_watch, camera_noise());
+            }
+            u = guide(p, masses, space, k, space_watch, space_motion);
         }
-        let touch = touch_space(pairs, parts);
-        let hold = latch(p, parts, space_watch.closed);
+        let grip = grip_after(Grip(space_motion.grip_share, space_motion.grip_rate), f32(substep) * SUBSTEP);
+        let touch = touch_space(pairs, parts, grip);
+        let hold = latch(p, parts, space_watch.closed, grip.share);
         space_watch = observe(space_watch, now + f32(substep) * SUBSTEP, parts, parts, touch, hold);
-        space = advance(masses, space, k, u, total_wrench(touch, hold));
+        let pushed = total_wrench(touch, hold);
+        if (PLANNED) {
+            space_felt = feel(space_felt, parts, pushed);
+        }
+        space = advance(masses, space, k, u, pushed);
         substep++;
         if (substep == SUBSTEPS) {
             break;
@@ -127,8 +135,10 @@ fn tick_facility(simulated: Parts, now: f32, jitter: f32) {
         move_robots(displaced(interpolate(first, second, third, place), admittance));
         let parts = mounted_parts(p, robot);
         let time = now - f32(SUBSTEPS - substep) * SUBSTEP;
-        let touch = touch_facility(pairs, parts);
-        let hold = latch(p, parts, hil_watch.closed);
+        // The fingers go on from the simulation's last tick.
+        let grip = grip_after(Grip(hil_motion.grip_share, hil_motion.grip_rate), f32(substep) * SUBSTEP);
+        let touch = touch_facility(pairs, parts, grip);
+        let hold = latch(p, parts, hil_watch.closed, grip.share);
         hil_watch = observe(hil_watch, time, parts, simulated, touch, hold);
         let pushed = total_wrench(touch, hold);
         push_robots(pushed);
@@ -216,7 +226,10 @@ fn compensated_wrench(parts: Parts, measured: Wrench) -> Wrench {
 
 // The simulation computer's tick: guidance, then the bodies under the held wrench; gives the parts at the last substep.
 fn tick_simulation(masses: Masses, first: Kinematics) -> Parts {
-    let u = guide(p, masses, hil, first, hil_watch);
+    if (PLANNED) {
+        hil_motion = follow(p, hil_motion, hil, first, hil_felt, hil_watch, camera_noise());
+    }
+    let u = guide(p, masses, hil, first, hil_watch, hil_motion);
     var k = first;
     var parts: Parts;
     var substep = 0u;
@@ -227,6 +240,9 @@ fn tick_simulation(masses: Masses, first: Kinematics) -> Parts {
         parts = parts_of(k);
         let fed = feed_back(parts, held);
         hil_watch.port_energy = fma(port_power(parts, fed), SUBSTEP, hil_watch.port_energy);
+        if (PLANNED) {
+            hil_felt = feel(hil_felt, parts, fed);
+        }
         hil = advance(masses, hil, k, u, fed);
         substep++;
         if (substep == SUBSTEPS) {
@@ -242,8 +258,21 @@ fn sensor_noise() -> Wrench {
     if (!NOISY) {
         return zero_wrench();
     }
-    let a = uniforms(run, tick, SENSOR_A);
-    let b = uniforms(run, tick, SENSOR_B);
+    return deviates(SENSOR_A, SENSOR_B);
+}
+
+// Six normal deviates for an image of the arm's camera; both loops have the same.
+fn camera_noise() -> Wrench {
+    if (!NOISY || !NOISY_CAMERA) {
+        return zero_wrench();
+    }
+    return deviates(CAMERA_A, CAMERA_B);
+}
+
+// Six normal deviates of two channels.
+fn deviates(first: u32, second: u32) -> Wrench {
+    let a = uniforms(run, tick, first);
+    let b = uniforms(run, tick, second);
     let x = normals(a.x, a.y);
     let y = normals(a.z, a.w);
     let z = normals(b.x, b.y);
@@ -257,6 +286,10 @@ fn reset() {
     space_watch = new_watch();
     hil_watch = new_watch();
     hil_watch.done = select(1.0, 0.0, FACILITY);
+    space_motion = no_motion();
+    hil_motion = no_motion();
+    space_felt = zero_wrench();
+    hil_felt = zero_wrench();
     reset_contacts();
     let reference = command(parts_of(kinematics(hil_masses(p), hil)));
     if (FACILITY) {

@@ -1,6 +1,7 @@
 //! Arm controllers on a floating base: computed torque holds the posture, Cartesian impedance comes to rest.
 
 use super::lanes::six_joints;
+use softdock_kernels::arm_motion::no_motion;
 use softdock_kernels::guidance::guide;
 use softdock_kernels::model::{ArmControl, Thrust};
 use softdock_kernels::params::Params;
@@ -48,7 +49,17 @@ fn controlled(
     s.arm.rate = rate;
     let none = Wrench { force: Vec3::zero(), moment: Vec3::zero() };
     for _ in 0..ticks {
-        let u = guide(&m, &p, &masses, &s.arm, &s.drives, s.chaser.attitude, &kinematics(&m, &masses, &s), 0.0);
+        let u = guide(
+            &m,
+            &p,
+            &masses,
+            &s.arm,
+            &s.drives,
+            s.chaser.attitude,
+            &kinematics(&m, &masses, &s),
+            0.0,
+            &no_motion(),
+        );
         for _ in 0..4 {
             s = advance(&m, &masses, &s, &kinematics(&m, &masses, &s), &u, none);
         }

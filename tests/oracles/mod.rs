@@ -1,6 +1,7 @@
 //! Physics against closed forms: the loop, its contact laws and its bodies.
 
 mod arm_drives;
+mod arm_motion;
 mod bench;
 mod bodies;
 mod bounce;
@@ -12,6 +13,7 @@ mod docking;
 mod effects;
 mod facility;
 mod floating;
+mod grip;
 mod impedance;
 mod insertion;
 mod jamming;

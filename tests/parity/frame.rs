@@ -50,19 +50,27 @@ const OUTCOME: [&str; 18] = {
 pub(crate) const WRITTEN_OUT: [&str; 3] = ["touch_space", "touch_facility", "reset_contacts"];
 
 /// Every function of `wgsl/frame.wgsl`; its Rust twin is that of the same name in `frame_functions`.
-pub(crate) const FRAME_ROWS: [Row<Call>; 23] = [
+pub(crate) const FRAME_ROWS: [Row<Call>; 25] = [
     row("zero_wrench", 0.0, "no arithmetic", call("let r0 = zero_wrench();", &["Wrench"], NONE)),
     row(
         "touch_space",
         400.0,
         "forces of overlaps that are differences of positions",
-        call("let r0 = touch_space(space_pairs(p), parts_of(kinematics(space_masses(p), space)));", &["Touch"], NONE),
+        call(
+            "let r0 = touch_space(space_pairs(p), parts_of(kinematics(space_masses(p), space)), Grip(space_motion.grip_share, space_motion.grip_rate));",
+            &["Touch"],
+            NONE,
+        ),
     ),
     row(
         "touch_facility",
         400.0,
         "as touch_space",
-        call("let r0 = touch_facility(hil_pairs(p), mounted_parts(p, robot));", &["Touch"], NONE),
+        call(
+            "let r0 = touch_facility(hil_pairs(p), mounted_parts(p, robot), Grip(hil_motion.grip_share, hil_motion.grip_rate));",
+            &["Touch"],
+            NONE,
+        ),
     ),
     row("reset_contacts", 0.0, "no arithmetic", call("reset_contacts();", &[], NONE)),
     row(
@@ -148,6 +156,8 @@ pub(crate) const FRAME_ROWS: [Row<Call>; 23] = [
         call("tick_simulation(hil_masses(p), kinematics(hil_masses(p), hil));", &[], NONE),
     ),
     row("sensor_noise", 60.0, "deviates from logarithms near 1", call("let r0 = sensor_noise();", &["Wrench"], NONE)),
+    row("camera_noise", 60.0, "as sensor_noise", call("let r0 = camera_noise();", &["Wrench"], NONE)),
+    row("deviates", 60.0, "as sensor_noise", call("let r0 = deviates(SENSOR_A, SENSOR_B);", &["Wrench"], NONE)),
     row(
         "reset",
         100.0,

@@ -1,6 +1,8 @@
 //! Realistic inputs: runs of several scenarios recorded on their way, in contact and out of it, rounded to f32.
 
 use crate::oracles::meshes::{block_with_cone, sphere};
+use softdock_kernels::arm_motion::ArmMotion;
+use softdock_kernels::arm_plan::{ArmGuard, ArmPhase, ArmPlan, Camera, Compliance, Goal, MAX_JOINTS, Pace};
 use softdock_kernels::compensator::Compensation;
 use softdock_kernels::contact::PointContact;
 use softdock_kernels::contact::mesh::ShellPoint;
@@ -17,7 +19,7 @@ use softdock_kernels::manipulator::cell::{Drives, Feedforward, SetPoint};
 use softdock_kernels::manipulator::{ArmDrive, Drive, Friction, Stops};
 use softdock_kernels::material::Pair;
 use softdock_kernels::model::{
-    ArmControl, Brakes, Compensator, CompensatorKind, ContactPoint, ImpedanceLaw, MaterialPair, Members, Model,
+    ArmControl, Brakes, Compensator, CompensatorKind, ContactPoint, Finger, ImpedanceLaw, MaterialPair, Members, Model,
     NormalLaw, SensorLoad, Shape, Solid, TestMotion, Thrust, Waveform,
 };
 use softdock_kernels::monitor::{Touch, Watch, gather, no_touch, total_wrench};
@@ -205,6 +207,9 @@ fn crowded(model: &mut Model) {
     // Beside the head: its rims meet the box, and the box's vertices and the ball meet it.
     let frame = Pose { position: vec3(0.01, 0.02, 0.0), attitude: Quat { w: 0.9, v: vec3(0.0, 0.3, 0.316) } };
     model.contact.a.solids = vec![Solid { frame, shape: Shape::Cylinder { radius: 0.03, length: 0.05, points: 6 } }];
+    // The cylinder is a finger.
+    let members = Members { points: Vec::new(), solids: vec![0] };
+    model.contact.fingers = vec![Finger { members, travel: vec3(0.0, -0.03, 0.01) }];
     model.guidance.arm = ArmControl::ComputedTorque { bandwidth: 2.0, damping_ratio: 0.8 };
     model.guidance.thrust = Thrust::Approach {
         speed_gain: 400.0,
@@ -215,11 +220,80 @@ fn crowded(model: &mut Model) {
         max_force: 20.0,
         max_torque: 10.0,
     };
+    model.guidance.plan = Some(plan());
     model.drives = (0..model.links.len()).map(arm_drive).collect();
     model.brakes = Brakes::CloseAtTouch;
     compensated(model, CompensatorKind::SecondOrderLead);
     model.orbit_rate = 1.1e-3;
     model.field = vec3(1e-3, 0.0, -2e-3);
+}
+
+/// Phases of every kind, none of them longer than a quarter of a second.
+fn plan() -> ArmPlan {
+    let pd = ArmControl::JointPd { stiffness: [900.0; MAX_JOINTS], damping: [300.0; MAX_JOINTS] };
+    let torque = ArmControl::ComputedTorque { bandwidth: 3.0, damping_ratio: 0.7 };
+    let soft = |stiffness: f64| ArmControl::CartesianImpedance {
+        stiffness,
+        damping: 500.0,
+        rotation_stiffness: 200.0,
+        rotation_damping: 150.0,
+        joint_damping: 4.0,
+    };
+    let place =
+        |x: f64, y: f64| Pose { position: vec3(x, y, 0.01), attitude: Quat { w: 0.999, v: vec3(0.03, 0.02, -0.02) } };
+    let after = |seconds: f64, next: usize| ArmGuard { after: Some(seconds), ..ArmGuard::to(next) };
+    let pace = |speed: f64| Pace { speed, acceleration: 2.0 * speed, jerk: 9.0 * speed, turn_speed: 0.3 };
+    let compliance = Compliance {
+        inverse_mass: [0.02, 0.01, 0.0, 0.5, 0.0, 0.4],
+        damping: [300.0, 200.0, 0.0, 10.0, 0.0, 20.0],
+        stiffness: [0.0, 500.0, 0.0, 50.0, 0.0, 0.0],
+        press: [5.0, 0.0, 0.0, 0.0, 0.0, 0.1],
+    };
+    let phase = |name: &str, control, goal, pace, guards: Vec<ArmGuard>| ArmPhase {
+        name: name.to_owned(),
+        control,
+        goal,
+        pace,
+        compliance: None,
+        closes: None,
+        guards,
+    };
+    let mut press = phase("press", soft(700.0), Goal::PartB(place(0.0, 0.0)), pace(0.2), vec![after(0.2, 3)]);
+    press.compliance = Some(compliance);
+    press.closes = Some(true);
+    let touching = ArmGuard { force: Some(5.0), force_below: Some(1e4), ..ArmGuard::to(2) };
+    let arrived = ArmGuard { arrived: true, ..ArmGuard::to(2) };
+    ArmPlan {
+        phases: vec![
+            phase(
+                "swing",
+                pd,
+                Goal::Joints([0.01, -0.02, 0.03, 0.01, -0.01, 0.02, 0.0]),
+                pace(0.5),
+                vec![after(0.15, 1)],
+            ),
+            phase(
+                "near",
+                soft(900.0),
+                Goal::PartB(place(-0.02, 0.01)),
+                pace(0.3),
+                vec![touching, arrived, after(0.25, 2)],
+            ),
+            press,
+            phase("back", torque, Goal::Joints([0.0; MAX_JOINTS]), pace(0.4), vec![after(0.2, 4)]),
+            phase(
+                "aside",
+                soft(800.0),
+                Goal::Base(place(0.8, 0.05)),
+                pace(0.1),
+                vec![ArmGuard { captured: true, ..ArmGuard::to(5) }, after(0.2, 5)],
+            ),
+            phase("stay", soft(600.0), Goal::Hold, pace(0.1), vec![after(0.1, 0)]),
+        ],
+        grip_time: 0.2,
+        camera: Some(Camera { period: 20, delay: 35, noise_position: 1e-3, noise_rotation: 2e-3, smoothing: 0.05 }),
+        sensor_lag: 3e-3,
+    }
 }
 
 /// A drive with everything: every second one with an elastic gear, or with a stop beside the start posture.
@@ -472,7 +546,7 @@ fn scene<const N: usize>(plant: &Plant, shot: &Snapshot, facility: bool) -> Scen
         mounted,
         states,
         touch: contacts.iter().fold(no_touch(), |sum, c| gather(&sum, c)),
-        latch: latch(plant, &shot.params, &mounted, watch_now.closed),
+        latch: latch(plant, &shot.params, &mounted, watch_now.closed, 0.0),
         contacts,
         shells,
     }
@@ -497,6 +571,12 @@ pub(crate) fn arguments<const N: usize>(case: &Case, function: &Function) -> Vec
         out
     });
     samples.collect()
+}
+
+/// What the arm's plan wants on the scene's side.
+fn arm_motion<const N: usize>(plant: &Plant, shot: &Snapshot, s: &Scene<N>) -> Vec<f64> {
+    let name = if s.facility { "hil_motion_" } else { "space_motion_" };
+    optional::<N, ArmMotion<f64, N>>(plant, shot, name)
 }
 
 /// One argument, by the name of its struct and, where that is not enough, its own.
@@ -554,11 +634,14 @@ fn bundle<const N: usize>(
             let among = if (index / 2).is_multiple_of(2) { points.len().min(6) } else { points.len() };
             flat(&points[(draws.uniform() * among as f64) as usize])
         }
+        "Grip" => vec![draws.uniform(), draws.normal()],
+        "ArmMotion" => arm_motion::<N>(plant, shot, s),
         "Actuation" => {
             let masses = if s.facility { hil_masses(&p) } else { space_masses(&p) };
             let Bodies { arm, drives, chaser, .. } = s.bodies;
             let touched = f64::from(index as u32 % 2);
-            flat(&guide(plant, &p, &masses, &arm, &drives, chaser.attitude, &s.kinematics, touched))
+            let motion = from_slice(&arm_motion::<N>(plant, shot, s));
+            flat(&guide(plant, &p, &masses, &arm, &drives, chaser.attitude, &s.kinematics, touched, &motion))
         }
         "Wrench" => {
             let contact = if argument == "noise" { zero_wrench() } else { total_wrench(&s.touch, &s.latch) };
@@ -600,6 +683,7 @@ fn scalar<const N: usize>(plant: &Plant, shot: &Snapshot, s: &Scene<N>, name: &s
     match name {
         "closed" => s.watch.closed,
         "before" => 0.1 * u,
+        "gripped" => (2.0 * u).floor(),
         "time" => f64::from(shot.tick) * plant.timing.tick() + u * 1e-3,
         "periods" => 1.0 - 130.0 * u,
         "lost_before" => (u * 6.0).floor(),

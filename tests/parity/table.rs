@@ -4,6 +4,7 @@ use super::blocks::REPLAY_FRAME;
 use super::frame::{FRAME_ROWS, WRITTEN_OUT};
 use super::integers::INTEGER_ROWS;
 use super::samples::CASES;
+use softdock_kernels::arm_motion::{self, ArmMotion};
 use softdock_kernels::compensator::{self, Compensation};
 use softdock_kernels::contact::mesh::ShellPoint;
 use softdock_kernels::contact::shell::{self, Relative, ShellTouch};
@@ -11,6 +12,7 @@ use softdock_kernels::contact::{self, LatchState, Point, PointContact, PointStat
 use softdock_kernels::fields::{Bundle, from_slice, to_vec};
 use softdock_kernels::fixture;
 use softdock_kernels::frame::functions::frame_functions;
+use softdock_kernels::grip::{self, Grip};
 use softdock_kernels::guidance;
 use softdock_kernels::impedance::{self, Admittance};
 use softdock_kernels::joint_level;
@@ -77,6 +79,7 @@ pub(crate) fn stage_rows<const N: usize>() -> Vec<Row<Twin>> {
     let mut rows = body_rows::<N>();
     rows.extend(contact_rows());
     rows.extend(law_rows().into_iter().flatten());
+    rows.extend(finger_rows());
     rows.extend(shell_rows().into_iter().flatten());
     rows.extend(facility_rows());
     rows.extend(joint_rows());
@@ -91,9 +94,14 @@ fn body_rows<const N: usize>() -> Vec<Row<Twin>> {
         start(p: Params<f64>, masses: Masses<f64>) => start::start::<f64, N>(m, &p, &masses), 60.0, "a momentum from a twist at a lever of metres, an inertia inverted twice";
         kinematics(masses: Masses<f64>, s: Bodies<f64, N>) => space::kinematics(m, &masses, &s), 250.0, "the inverse of the inertia of base and arm, and velocities at the end of six levers";
         parts_of(k: Kinematics<f64, N>) => k.parts, 0.0, COPIED;
-        guide(p: Params<f64>, masses: Masses<f64>, s: Bodies<f64, N>, k: Kinematics<f64, N>, watch: Watch<f64>) => {
-            guidance::guide(m, &p, &masses, &s.arm, &s.drives, s.chaser.attitude, &k, monitor::touched(&watch))
+        guide(p: Params<f64>, masses: Masses<f64>, s: Bodies<f64, N>, k: Kinematics<f64, N>, watch: Watch<f64>, motion: ArmMotion<f64, N>) => {
+            guidance::guide(m, &p, &masses, &s.arm, &s.drives, s.chaser.attitude, &k, monitor::touched(&watch), &motion)
         }, 100.0, "differences of attitudes; inverse dynamics sum forces larger than the torques";
+        no_motion() => arm_motion::no_motion::<f64, N>(), 0.0, COPIED;
+        follow(p: Params<f64>, motion: ArmMotion<f64, N>, s: Bodies<f64, N>, k: Kinematics<f64, N>, felt: Wrench<f64>, watch: Watch<f64>, noise: Wrench<f64>) => {
+            arm_motion::follow(m, &p, &motion, &s.arm, &s.drives, s.chaser.attitude, &k, &felt, watch.closed, &noise)
+        }, 100.0, "the place of part B is a difference of positions; the move's form has a cube root";
+        feel(felt: Wrench<f64>, parts: Parts<f64>, w: Wrench<f64>) => arm_motion::feel(m, &felt, parts.a, w), 8.0, "one rotation and a blend";
         advance(masses: Masses<f64>, s: Bodies<f64, N>, k: Kinematics<f64, N>, u: Actuation<f64, N>, w: Wrench<f64>)
             => space::advance(m, &masses, &s, &k, &u, w), 30.0, "one step from given kinematics; the arm's accelerations come of a chain of six";
         settle(s: Bodies<f64, N>) => space::settle(s), 2.0, "one sum";
@@ -128,10 +136,20 @@ fn law_rows() -> Vec<Vec<Row<Twin>>> {
 
 fn contact_rows() -> Vec<Row<Twin>> {
     stages! { m;
-        latch(p: Params<f64>, parts: Parts<f64>, closed: f64) => contact::latch(m, &p, &parts, closed), 40.0, "the gap is a difference of positions";
+        latch(p: Params<f64>, parts: Parts<f64>, closed: f64, gripped: f64) => contact::latch(m, &p, &parts, closed, gripped), 40.0, "the gap is a difference of positions";
         no_touch() => monitor::no_touch::<f64>(), 0.0, COPIED;
         gather(sum: Touch<f64>, c: PointContact<f64>) => monitor::gather(&sum, &c), 2.0, "one sum";
+        grip_after(grip: Grip<f64>, time: f64) => grip::grip_after(&grip, time), 2.0, "one sum";
         total_wrench(touch: Touch<f64>, latch: LatchState<f64>) => monitor::total_wrench(&touch, &latch), 2.0, "one sum";
+    }
+}
+
+/// Rows of a finger of part A, which has functions of its own.
+fn finger_rows() -> Vec<Row<Twin>> {
+    stages! { m;
+        with_finger(parts: Parts<f64>, grip: Grip<f64>) => contact::with_finger(&m.contact.fingers[0], &parts, &grip), 10.0, "one rotation and a sum";
+        of_finger(parts: Parts<f64>, grip: Grip<f64>, c: PointContact<f64>) => contact::of_finger(&m.contact.fingers[0], &parts, &grip, &c), 10.0, "one rotation and a sum";
+        finger_power(parts: Parts<f64>, grip: Grip<f64>, c: PointContact<f64>) => contact::finger_power(&m.contact.fingers[0], &parts, &grip, &c), 10.0, "one rotation and a product";
     }
 }
 
@@ -264,6 +282,8 @@ fn every_kernel_function_has_a_row_and_every_row_a_function() {
         let mut stages = if case.plant.cells.is_some() { all.clone() } else { &all - &of_joints };
         let others = law_rows().into_iter().skip(case.plant.pairs.len()).flatten();
         others.for_each(|row| assert!(stages.remove(row.name), "{}", row.name));
+        let fingers = finger_rows().into_iter().filter(|_| case.plant.contact.fingers.is_empty());
+        fingers.for_each(|row| assert!(stages.remove(row.name), "{}", row.name));
         let (mut shells, count) = (shell_rows(), case.plant.shells.len());
         let of_all = shells.pop().filter(|_| count == 0);
         let others = shells.into_iter().skip(count).chain(of_all).flatten();

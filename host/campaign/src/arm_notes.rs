@@ -1,20 +1,72 @@
-//! Drives of a scenario's arm in words, with what the URDF states in vain.
+//! Drives and phases of a scenario's arm in words, with what the URDF states in vain.
 
 use crate::arm::{self, BaseMass};
 use crate::scenario::Scenario;
 use crate::units::show;
+use softdock_kernels::arm_plan::{ArmGuard, ArmPhase, ArmPlan, Goal};
 use softdock_kernels::manipulator::ArmDrive;
 use softdock_kernels::model::Brakes;
 use softdock_kernels::vector::Pose;
 
-/// Returns a line for the drive of each joint, or a note if the URDF states limits or friction that the arm has not.
+/// Returns a line for the drive of each joint, or a note if the URDF states limits or friction that the arm has not; then
+/// a line for each phase.
 pub fn arm_lines(scenario: &Scenario) -> Vec<String> {
     let (drives, brakes) = (&scenario.model.drives, scenario.model.brakes);
-    if drives.is_empty() {
-        return stated_in_vain(scenario).into_iter().collect();
-    }
     let named = scenario.joints.iter().zip(drives);
-    named.map(|(joint, drive)| format!("joint `{joint}`: {}", drive_text(drive, brakes))).collect()
+    let mut lines: Vec<String> =
+        named.map(|(joint, drive)| format!("joint `{joint}`: {}", drive_text(drive, brakes))).collect();
+    if drives.is_empty() {
+        lines.extend(stated_in_vain(scenario));
+    }
+    if let Some(plan) = &scenario.model.guidance.plan {
+        lines.extend(
+            plan.phases.iter().map(|phase| format!("phase `{}`: {}", phase.name, phase_text(plan, phase, scenario))),
+        );
+    }
+    lines
+}
+
+fn phase_text(plan: &ArmPlan, phase: &ArmPhase, scenario: &Scenario) -> String {
+    let pose = |place: &Pose<f64>, frame: &str| {
+        let [x, y, z] = [place.position.x, place.position.y, place.position.z].map(|e| show(e, "m"));
+        format!("part A to ({x}, {y}, {z}) in the frame of {frame}")
+    };
+    let moves = match &phase.goal {
+        Goal::Hold => "holds".to_owned(),
+        Goal::Joints(angles) => {
+            let start = &scenario.model.start_angles;
+            let angles: Vec<String> = angles.iter().zip(start).map(|(way, start)| show(way + start, "rad")).collect();
+            format!("joints to {}", angles.join(", "))
+        }
+        Goal::Base(place) => pose(place, "the base"),
+        Goal::PartB(place) => pose(place, "part B"),
+    };
+    let unit = if matches!(phase.goal, Goal::Joints(_)) { "rad/s" } else { "m/s" };
+    let pace = match phase.goal {
+        Goal::Hold => String::new(),
+        _ => format!(", at most {}", show(phase.pace.speed, unit)),
+    };
+    let yields = if phase.compliance.is_some() { ", gives way to the force" } else { "" };
+    let grip = match phase.closes {
+        Some(true) => ", the fingers close",
+        Some(false) => ", the fingers open",
+        None => "",
+    };
+    let ends = phase.guards.iter().map(|own| format!("; {} -> {}", guard_text(own), plan.phases[own.next].name));
+    let ends: String = ends.collect();
+    format!("{moves}{pace}{yields}{grip}{}", if ends.is_empty() { "; to the end".to_owned() } else { ends })
+}
+
+fn guard_text(own: &ArmGuard) -> String {
+    let parts = [
+        own.arrived.then(|| "arrived".to_owned()),
+        own.captured.then(|| "captured".to_owned()),
+        own.gripped.then(|| "gripped".to_owned()),
+        own.force.map(|limit| format!("force of {}", show(limit, "N"))),
+        own.force_below.map(|limit| format!("force below {}", show(limit, "N"))),
+        own.after.map(|limit| format!("after {}", show(limit, "s"))),
+    ];
+    parts.into_iter().flatten().collect::<Vec<_>>().join(" and ")
 }
 
 fn drive_text(own: &ArmDrive, brakes: Brakes) -> String {

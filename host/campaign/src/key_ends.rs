@@ -27,15 +27,24 @@ impl Campaign {
         self
     }
 
-    /// Refuses a campaign whose runs have scenarios of their own, for `user`, which has one for all.
+    /// Refuses a campaign for `user`, which has one scenario for all runs and robots that hold rigid parts.
     ///
     /// # Errors
-    /// If the campaign disperses keys of the scenario.
-    pub fn refuse_keys(&self, user: &str) -> Result<(), Problems> {
-        let Some(key) = self.keys().next() else { return Ok(()) };
-        let message = format!("this campaign gives each run a `{}` of its own, and {user} has one scenario", key.path);
-        let file = self.files()[0].clone();
-        Err(Problem::with_file(file, message).remedy("use a campaign without dispersions of `scenario.` keys").into())
+    /// If the campaign disperses keys of the scenario, or part A has fingers.
+    pub fn refuse_for(&self, user: &str) -> Result<(), Problems> {
+        let file = || self.files()[0].clone();
+        if let Some(key) = self.keys().next() {
+            let message =
+                format!("this campaign gives each run a `{}` of its own, and {user} has one scenario", key.path);
+            let remedy = "use a campaign without dispersions of `scenario.` keys";
+            return Err(Problem::with_file(file(), message).remedy(remedy).into());
+        }
+        if !self.scenario.model.contact.fingers.is_empty() {
+            let message = format!("part A of this campaign has fingers, and {user} commands no gripper");
+            let remedy = "use a scenario whose solids have no `closes`";
+            return Err(Problem::with_file(file(), message).remedy(remedy).into());
+        }
+        Ok(())
     }
 
     /// Parameters of the scenario with a key at either end.

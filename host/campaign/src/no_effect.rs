@@ -16,6 +16,7 @@ type Reason = (&'static str, &'static str);
 
 const UNUSED: Reason = ("no expression uses this variable", "remove it, or use it in the expr of a [[derived]]");
 const NO_LATCH: Reason = ("the scenario has no latch", "remove it, or add a table [latch] to the scenario");
+const NO_CAMERA: Reason = ("the arm has no camera", "remove it, or add a table [arm.camera] to the scenario");
 const NO_RAIL: Reason = ("the facility has no rail", "remove it, or add a table [facility.rail] to the scenario");
 const RAIL_STANDS: Reason =
     ("the rail's share of the motion is 0", "remove it, or raise facility.rail.share in the scenario");
@@ -123,6 +124,10 @@ fn ineffective(name: &str, model: &Model, bounds: &[Bounds]) -> Option<Reason> {
     let rows = || model.contact.pairs.iter().map(|row| &row.properties);
     let joints = model.facility.joint_level.as_ref();
     match name {
+        _ if name.starts_with("camera_") => {
+            let camera = model.guidance.plan.as_ref().and_then(|plan| plan.camera.as_ref());
+            without(NO_CAMERA, camera.is_none())
+        }
         _ if name.starts_with("latch_") => without(NO_LATCH, model.contact.latch.is_none()),
         _ if name.starts_with("test_") => without(NO_TEST, model.facility.test_motion.is_none()),
         _ if name.starts_with("rail_") && rail.is_none() => Some(NO_RAIL),

@@ -1,6 +1,7 @@
 //! A scenario: the file checked and compiled into the kernels' model.
 
 mod arm_drive;
+mod arm_plan;
 mod bodies;
 mod compensator;
 pub(crate) mod contact;
@@ -271,6 +272,9 @@ fn compile(c: &mut Checker, file: &ScenarioFile, bodies: &Bodies, known: Option<
         thrust: control::thrust(c, &file.guidance),
         // Without its URDF an arm has no joints to control; that problem is noted already.
         arm: control::arm(c, file.arm.as_ref().filter(|_| bodies.urdf.is_some()), bodies.links.len()),
+        plan: file.arm.as_ref().filter(|_| bodies.urdf.is_some()).and_then(|arm| {
+            arm_plan::read(c, arm, bodies, (&timing, file.latch.is_some(), !contact.fingers.is_empty()), &mut nominal)
+        }),
     };
     let (orbit_rate, orbit_axes) = match &file.orbit {
         Some(orbit) => {

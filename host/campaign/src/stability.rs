@@ -4,6 +4,7 @@
 
 use crate::mobility::{Chaser, greatest, target_about_com, target_at_point};
 use nalgebra::{DMatrix, DVector, Matrix3};
+use softdock_kernels::arm_plan::ArmPhase;
 use softdock_kernels::contact::mesh::ShellPoint;
 use softdock_kernels::contact::{REFERENCE_DEPTH, common_pair};
 use softdock_kernels::material::{NormalLaw, Pair};
@@ -348,15 +349,28 @@ fn held(what: String, key: &str, stiffness: f64, damping: f64, mobility: f64, un
     Spring { what, key: key.to_owned(), parameter: None, stiffness, damping, mobility, unit, held: true }
 }
 
-/// The arm's controller, held over a tick.
+/// The arm's controllers, held over a tick: its own, or those of its phases.
 fn arm(m: &Model, chaser: &Chaser) -> Vec<Spring> {
-    let count = m.links.len();
-    if count == 0 {
+    if m.links.is_empty() {
         return Vec::new();
     }
-    let held =
-        |what, stiffness, damping, mobility, unit| held(what, "arm.controller", stiffness, damping, mobility, unit);
-    match m.guidance.arm {
+    let Some(plan) = &m.guidance.plan else {
+        return controller(m, chaser, m.guidance.arm, "arm.controller");
+    };
+    let of = |(index, phase): (usize, &ArmPhase)| {
+        let springs = controller(m, chaser, phase.control, &format!("arm.phase[{}].controller", index + 1));
+        let named =
+            springs.into_iter().map(|own| Spring { what: format!("{} of phase `{}`", own.what, phase.name), ..own });
+        named.collect::<Vec<_>>()
+    };
+    plan.phases.iter().enumerate().flat_map(of).collect()
+}
+
+/// One controller, held over a tick.
+fn controller(m: &Model, chaser: &Chaser, control: ArmControl, key: &str) -> Vec<Spring> {
+    let count = m.links.len();
+    let held = |what, stiffness, damping, mobility, unit| held(what, key, stiffness, damping, mobility, unit);
+    match control {
         ArmControl::JointPd { stiffness, damping } => [(stiffness, true), (damping, false)]
             .into_iter()
             .map(|(gains, is_stiffness)| {

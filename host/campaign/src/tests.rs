@@ -77,6 +77,8 @@ fn shipped_campaigns_are_valid_and_described() {
         ("probe_drogue.toml", 2000),
         ("berth.toml", 400),
         ("insert.toml", 200),
+        ("servo.toml", 200),
+        ("grapple.toml", 200),
     ] {
         let campaign = shipped(name);
         assert_eq!(campaign.runs, runs);

@@ -33,7 +33,7 @@ impl DiagnosedModel {
         Ok(match softdock_campaign::kind(path)? {
             FileKind::Campaign => {
                 let campaign = Campaign::load(path)?;
-                campaign.refuse_keys("a diagnosis")?;
+                campaign.refuse_for("a diagnosis")?;
                 Self::Facility(FacilityModel::Campaign(Box::new(campaign)))
             }
             FileKind::Scenario => Self::Facility(FacilityModel::Scenario(Box::new(Scenario::load(path)?))),

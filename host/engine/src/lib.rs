@@ -14,7 +14,7 @@ pub mod map;
 pub mod section;
 pub mod simulator;
 
-use softdock_kernels::frame::{Batch, Loops};
+use softdock_kernels::frame::{Batch, Loops, has_noisy_camera};
 use softdock_kernels::outcome::Finished;
 use softdock_kernels::params::Params;
 use softdock_kernels::philox;
@@ -31,8 +31,9 @@ pub struct Job {
 }
 
 impl Job {
-    /// Creates a job; `noisy` if any run has noise, jitter or drops.
+    /// Creates a job; `noisy` if any run has noise of the sensor, jitter or drops.
     pub fn new(plant: Plant, seed: u64, noisy: bool) -> Self {
+        let noisy = noisy || has_noisy_camera(&plant);
         Self { plant, batch: Batch { key: philox::key(seed), noisy, loops: Loops::Both } }
     }
 }

@@ -90,6 +90,8 @@ pub(crate) fn signals() -> Vec<Channel> {
         push(&mut all, format!("{prefix}_latched"), "1", format!("1 while the latch is closed, {place}"), move |s| {
             s.closed[index]
         });
+        let phase = format!("phase of the arm's motion, from 1; 0 without phases; {place}");
+        push(&mut all, format!("{prefix}_arm_phase"), "1", phase, move |s| s.phase[index]);
     }
     let energy = "energy injected by the facility: space port minus hardware port".to_owned();
     push(&mut all, "hil_injected_energy_j".to_owned(), "J", energy, |s| s.injected_energy);

@@ -243,7 +243,7 @@ impl Source {
             }
             Some(choice) => {
                 let campaign = Campaign::load(&options.scenario)?;
-                campaign.refuse_keys("an emulated facility")?;
+                campaign.refuse_for("an emulated facility")?;
                 let (run, _) = chosen_run(&campaign, choice)?;
                 let params = campaign.draw(run)?.params;
                 (campaign.scenario, params, campaign.seed, run)

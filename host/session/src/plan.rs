@@ -112,7 +112,7 @@ impl SessionPlan {
     /// options contradict each other.
     pub fn new(options: SessionOptions) -> Result<Self> {
         let campaign = Campaign::load_with(&options.campaign, options.model.as_deref())?;
-        campaign.refuse_keys("a session")?;
+        campaign.refuse_for("a session")?;
         let station = facility_of(&campaign.scenario, options.facility.as_deref())?;
         refuse_other_rules(&campaign.scenario, &station)?;
         let (run, repeats) = chosen_run(&campaign, &options.run)?;

@@ -32,7 +32,7 @@ pub struct RehearsedRun {
 /// # Errors
 /// If the facility file cannot be used or a log cannot be written.
 pub fn rehearse_runs(campaign: &Campaign, facility: &Path, folder: &Path) -> Result<Vec<RehearsedRun>> {
-    campaign.refuse_keys("a rehearsal")?;
+    campaign.refuse_for("a rehearsal")?;
     let station = Arc::new(Station::load(facility)?);
     let plant = Arc::new(Plant::new(campaign.scenario.model.clone()));
     let count = REHEARSED.min(campaign.runs);

@@ -68,7 +68,7 @@ impl SessionLog {
         let optional = |key: &str| self.log.prologue.provenance.get(key);
         let model = files.model.clone().or_else(|| optional("model").map(PathBuf::from));
         let campaign = Campaign::load_with(&campaign, model.as_deref())?;
-        campaign.refuse_keys("a session")?;
+        campaign.refuse_for("a session")?;
         if campaign.hash != stated("campaign_hash")? {
             return Err(SessionError::refused(
                 "the campaign differs from that of the session: its text, or that of its model, has changed",

@@ -19,9 +19,10 @@ use crate::bundle;
 use crate::contact::distance::nearest_solid;
 use crate::contact::law::Law;
 use crate::fields::literal;
+use crate::grip::Grip;
 use crate::material::Pair;
 use crate::math::atan2;
-use crate::model::Side;
+use crate::model::{Finger, Side};
 use crate::params::Params;
 use crate::plant::{ContactPair, Plant};
 use crate::real::Real;
@@ -30,6 +31,9 @@ use crate::vector::{Vec3, vec3};
 
 /// Share of a solid's half thickness up to which a depth counts as it is.
 pub const NEAR_MIDDLE: f64 = 0.8;
+
+/// Share of the fingers' way from which on they count as closed.
+const GRIPPED: f64 = 0.999;
 
 bundle! {
     /// One contact point.
@@ -206,6 +210,30 @@ fn point_on_solids<R: Real, const MESHES: bool>(
     }
 }
 
+/// The parts as a finger of part A has them: its frame is displaced with the finger.
+#[inline(always)]
+pub fn with_finger<R: Real>(finger: &Finger, parts: &Parts<R>, grip: &Grip<R>) -> Parts<R> {
+    let a = parts.a;
+    let shift = a.attitude.rotate(Vec3::lit(finger.travel) * grip.share);
+    let speed = a.attitude.rotate(Vec3::lit(finger.travel) * grip.rate);
+    let a = Motion { position: a.position + shift, velocity: a.velocity + (a.omega.cross(shift) + speed), ..a };
+    Parts { a, ..*parts }
+}
+
+/// What a contact of a finger does to part A: about A's own origin.
+#[inline(always)]
+pub fn of_finger<R: Real>(finger: &Finger, parts: &Parts<R>, grip: &Grip<R>, c: &PointContact<R>) -> PointContact<R> {
+    let shift = parts.a.attitude.rotate(Vec3::lit(finger.travel) * grip.share);
+    let moment = c.wrench.moment + shift.cross(c.wrench.force);
+    PointContact { wrench: Wrench { moment, ..c.wrench }, lever: c.lever + shift, ..*c }
+}
+
+/// Power of a finger's contact on the finger's motion in part A's frame \[W\].
+#[inline(always)]
+pub fn finger_power<R: Real>(finger: &Finger, parts: &Parts<R>, grip: &Grip<R>, c: &PointContact<R>) -> R {
+    parts.a.attitude.rotate(Vec3::lit(finger.travel) * grip.rate).dot(c.wrench.force)
+}
+
 /// Depth that a run is judged by. A point that comes near the middle of a solid may leave it on the other side; it counts
 /// `task.max_depth` deeper, so that the run is invalid.
 #[inline(always)]
@@ -221,9 +249,10 @@ pub fn sliding_velocity<R: Real>(a: &Motion<R>, b: &Motion<R>, lever: Vec3<R>) -
     (a.velocity - b.velocity) + (a.omega.cross(lever) - b.omega.cross(from_b))
 }
 
-/// The capture latch: closes on geometry, then holds part A's latch frame to the seat.
+/// The capture latch: closes on geometry, of a part with fingers once they are closed (`gripped` is their share of the
+/// way), then holds part A's latch frame to the seat.
 #[inline(always)]
-pub fn latch<R: Real>(m: &Plant, p: &Params<R>, parts: &Parts<R>, closed: R) -> LatchState<R> {
+pub fn latch<R: Real>(m: &Plant, p: &Params<R>, parts: &Parts<R>, closed: R, gripped: R) -> LatchState<R> {
     let (zero, one) = (R::lit(0.0), R::lit(1.0));
     let Some(gate) = m.contact.latch else {
         return LatchState { closed, wrench: Wrench::zero(), offset: zero, distance: zero };
@@ -238,10 +267,13 @@ pub fn latch<R: Real>(m: &Plant, p: &Params<R>, parts: &Parts<R>, closed: R) -> 
     let axial = gap.dot(b_axis);
     let offset = b_axis.scale_add(-axial, gap).norm();
     let angle = atan2(b_axis.cross(a_axis).norm(), b_axis.dot(a_axis));
-    let inside = axial.abs().le(R::lit(gate.depth))
+    let mut inside = axial.abs().le(R::lit(gate.depth))
         & offset.le(R::lit(gate.offset))
         & angle.le(R::lit(gate.angle))
         & velocity.norm().le(R::lit(gate.speed));
+    if !m.contact.fingers.is_empty() {
+        inside = inside & R::lit(GRIPPED).lt(gripped);
+    }
     let closed = R::select(inside, one, closed);
 
     // Relative attitude as a rotation vector, exact to third order: a closed latch turns by a few degrees.

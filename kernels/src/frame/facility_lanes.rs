@@ -1,6 +1,6 @@
 //! The facility in lanes: clock, links, robots, sensor and compensator of a tile, whatever number of joints the arm has.
 
-use super::{Batch, FacilityLanes, Interface, all, touch_observed, zero_wrench};
+use super::{Batch, FacilityLanes, Interface, all, has_noisy_camera, touch_observed, zero_wrench};
 use crate::compensator::{compensates, new_compensation, prediction_horizon};
 use crate::delay_line::{Line, line_slots};
 use crate::fields::Bundle;
@@ -8,13 +8,14 @@ use crate::fields::filled;
 use crate::fixture::is_compliant;
 use crate::frame::arms::Arms;
 use crate::frame::observer::ContactObserver;
+use crate::grip::{grip_after, no_grip};
 use crate::impedance::no_admittance;
 use crate::lanes::{Lane, MOST_LANES, Stage};
 use crate::load::{load_at, loaded, sensor_at};
 use crate::material::Pair;
 use crate::model::CompensatorKind;
 use crate::monitor::{self, Watch};
-use crate::noise::{LINK, SENSOR, uniforms};
+use crate::noise::{CAMERA, LINK, SENSOR, uniforms};
 use crate::params::Params;
 use crate::plant::ContactPair;
 use crate::plant::Plant;
@@ -79,7 +80,8 @@ impl<L: Lane> Interface<L> {
     /// Before the first contact.
     pub(super) fn new(m: &Plant, p: &Params<L>, side: SidePair<L>) -> Self {
         let pairs = m.pairs.iter().map(|of| side(of, p)).collect();
-        Self { pairs, watch: monitor::new_watch(), states: vec![filled(L::lit(0.0)); m.contact_states()] }
+        let states = vec![filled(L::lit(0.0)); m.contact_states()];
+        Self { pairs, watch: monitor::new_watch(), states, grip: no_grip() }
     }
 
     /// Starts the runs of the lanes in the mask.
@@ -280,9 +282,11 @@ impl<L: Lane> FacilityLanes<L> {
             self.move_robots(m, &displaced(m, &interpolate(m, &first, &second, &third, place), &self.admittance));
             let parts = crate::robot::mounted_parts(m, &self.params, &self.robots);
             let time = now - L::lit(f64::from(m.timing.substeps - substep) * m.timing.substep);
-            let touch = touch_observed(m, &interface.pairs, &parts, &mut interface.states, live, observer);
+            // The fingers go on from the simulation's last tick.
+            let grip = grip_after(&interface.grip, L::lit(f64::from(substep) * m.timing.substep));
+            let touch = touch_observed(m, &interface.pairs, &parts, &grip, &mut interface.states, live, observer);
             observer.substep(m, &interface.pairs, time, &parts);
-            let latch = latch(m, &self.params, &parts, interface.watch.closed);
+            let latch = latch(m, &self.params, &parts, interface.watch.closed, grip.share);
             in_place::observe(m, &mut interface.watch, time, &parts, simulated, &touch, &latch);
             let pushed = monitor::total_wrench(&touch, &latch);
             self.push_robots(pushed);
@@ -430,10 +434,22 @@ impl<L: Lane> FacilityLanes<L> {
     /// Six normal deviates for a sample of the sensor.
     #[inline(always)]
     pub(super) fn sensor_noise(&self) -> Wrench<L> {
+        self.deviates(SENSOR)
+    }
+
+    /// Six normal deviates for an image of the arm's camera; both loops have the same.
+    #[inline(always)]
+    pub(super) fn camera_noise(&self, m: &Plant) -> Wrench<L> {
+        if has_noisy_camera(m) { self.deviates(CAMERA) } else { zero_wrench() }
+    }
+
+    /// Six normal deviates of two channels.
+    #[inline(always)]
+    pub(super) fn deviates(&self, channels: [u32; 2]) -> Wrench<L> {
         if !self.batch.noisy {
             return zero_wrench();
         }
-        let (a, b) = (self.uniforms(SENSOR[0]), self.uniforms(SENSOR[1]));
+        let (a, b) = (self.uniforms(channels[0]), self.uniforms(channels[1]));
         let (p, q, r) = (normals(a[0], a[1]), normals(a[2], a[3]), normals(b[0], b[1]));
         Wrench {
             force: crate::vector::vec3(p.first, p.second, q.first),

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::fields::to_vec;
+use crate::noise::SENSOR;
 
 /// A frame function on a tile: gives the scalars that its WGSL twin returns.
 pub type FrameFunction<const N: usize> = fn(&mut Tile<f64, N>, &Plant) -> Vec<f64>;
@@ -15,13 +16,13 @@ pub fn frame_functions<const N: usize>() -> Vec<(&'static str, FrameFunction<N>)
         ("zero_wrench", |_, _| to_vec(&zero_wrench::<f64>())),
         ("touch_space", |tile, m| {
             let parts = simulated(m, &tile.space).parts;
-            let Interface { pairs, states, .. } = &mut tile.space.interface;
-            to_vec(&touch_points(m, pairs, &parts, states, true))
+            let Interface { pairs, states, grip, .. } = &mut tile.space.interface;
+            to_vec(&touch_observed(m, pairs, &parts, grip, states, true, &mut Unobserved))
         }),
         ("touch_facility", |tile, m| {
             let mounted = crate::robot::mounted_parts(m, &tile.facility.params, &tile.facility.robots);
-            let Interface { pairs, states, .. } = &mut tile.hil.interface;
-            to_vec(&touch_points(m, pairs, &mounted, states, true))
+            let Interface { pairs, states, grip, .. } = &mut tile.hil.interface;
+            to_vec(&touch_observed(m, pairs, &mounted, grip, states, true, &mut Unobserved))
         }),
         ("reset_contacts", |tile, _| {
             let states = tile.space.interface.states.iter_mut().chain(&mut tile.hil.interface.states);
@@ -93,6 +94,8 @@ pub fn frame_functions<const N: usize>() -> Vec<(&'static str, FrameFunction<N>)
             Vec::new()
         }),
         ("sensor_noise", |tile, _| to_vec(&tile.facility.sensor_noise())),
+        ("camera_noise", |tile, m| to_vec(&tile.facility.camera_noise(m))),
+        ("deviates", |tile, _| to_vec(&tile.facility.deviates(SENSOR))),
         ("reset", from_the_start),
         ("enter", |_, _| vec![1.0]),
         ("begin", from_the_start),

@@ -4,12 +4,13 @@
 //! rows of the state buffer, and a tile's way to flat numbers and back follow from the rows.
 
 use super::{Tile, arms::Arms};
+use crate::arm_motion::ArmMotion;
 use crate::compensator::{Compensation, compensates};
 use crate::contact::{PointState, hil_pair, space_pair};
 use crate::effects::EffectId;
 use crate::fields::{Bundle, Field, bundle_name, fields, from_slice, join, to_vec};
-use crate::frame::Batch;
 use crate::frame::facility_lanes::SidePair;
+use crate::frame::{Batch, has_plan};
 use crate::impedance::Admittance;
 use crate::lanes::Lane;
 use crate::load::{Load, loaded};
@@ -117,6 +118,10 @@ lane_state! {
         load: Load<L>, if loaded(m) => facility.load;
         session: Session<L>, if supervised(m) => facility.session;
         compensation: Compensation<L>, if compensates(m) => facility.compensation;
+        space_motion: ArmMotion<L, N>, if has_plan(m) => space.motion;
+        hil_motion: ArmMotion<L, N>, if has_plan(m) => hil.motion;
+        space_felt: Wrench<L>, if has_plan(m) => space.felt;
+        hil_felt: Wrench<L>, if has_plan(m) => hil.felt;
     }
     joint level {
         drives_a: Drives<L> => arms.drives[0];
@@ -184,10 +189,15 @@ pub fn state_variables<const N: usize>(m: &Plant) -> Vec<StateVariable> {
     };
     let contacts = contact_names(m.contact_states()).into_iter().zip(laws().chain(laws()));
     let mut variables = table::<N>(m);
-    if m.drives.is_empty() {
-        let of_drives = |field: &Field| field.name.starts_with("drives_");
+    let mut without = |prefix: &str| {
         let fields = variables.iter_mut().flat_map(|variable| &mut variable.fields);
-        fields.for_each(|(kept, field)| *kept &= !of_drives(field));
+        fields.for_each(|(kept, field)| *kept &= !field.name.starts_with(prefix));
+    };
+    if m.drives.is_empty() {
+        without("drives_");
+    }
+    if m.guidance.plan.as_ref().is_none_or(|plan| plan.camera.is_none()) {
+        ["image_age", "images_", "sight_"].into_iter().for_each(without);
     }
     variables.into_iter().chain(contacts.map(of)).collect()
 }
@@ -241,6 +251,7 @@ impl<const N: usize> Tile<f64, N> {
             side.masses = masses;
             side.interface.pairs = m.pairs.iter().map(|of| pair(of, &params)).collect();
             side.kinematics = kinematics(m, &masses, &side.bodies);
+            side.interface.grip = side.motion.grip;
             side.interface.states.iter_mut().for_each(|state| *state = take(&mut numbers));
         }
         let (commands, wrenches) = lane.lines.split_at(tile.facility.slots * fields::<f64, Parts<f64>>().len());

@@ -2,15 +2,17 @@
 
 use super::facility_lanes::ResetFacility;
 use super::{Loops, Tile, one};
+use crate::arm_motion::no_motion;
 use crate::contact::{hil_pair, space_pair};
 use crate::fields::Bundle;
 use crate::frame::facility_lanes::SidePair;
+use crate::grip::no_grip;
 use crate::lanes::{Lane, Stage};
 use crate::metrics::Metrics;
 use crate::outcome::{EndState, Finished};
 use crate::params::Params;
 use crate::plant::Plant;
-use crate::space::{hil_masses, space_masses};
+use crate::space::{Wrench, hil_masses, space_masses};
 use crate::staged::{followed, kinematics, metrics, start};
 
 /// [`Tile::reset`], compiled for the lanes.
@@ -50,6 +52,9 @@ impl<L: Lane, const N: usize> Tile<L, N> {
             side.masses.set_where(fresh, &masses);
             side.bodies.set_where(fresh, &start(m, p, &side.masses));
             side.interface.reset(m, p, pair, fresh);
+            side.motion.set_where(fresh, &no_motion());
+            side.interface.grip.set_where(fresh, &no_grip());
+            side.felt.set_where(fresh, &Wrench::zero());
         }
         if self.facility.batch.loops == Loops::SpaceOnly {
             self.hil.interface.watch.done = L::lit(1.0);

@@ -2,7 +2,7 @@
 //!
 //! Both step the farm's own tile with one lane, so that a drive of emulated robots gives the bits of the farm's HIL loop.
 
-use super::{Batch, FacilityLanes, Interface, Loops, Tile};
+use super::{Batch, FacilityLanes, Interface, Loops, Tile, has_noisy_camera};
 use crate::metrics::Metrics;
 use crate::monitor::{self, Touch, Watch};
 use crate::params::Params;
@@ -126,7 +126,8 @@ fn boxed_computer<const N: usize>(
     params: &Params<f64>,
     reading: TouchThreshold,
 ) -> Box<dyn SimulationComputer> {
-    let batch = Batch { key: [0; 2], noisy: false, loops: Loops::Both };
+    // Of the loop's noise only the camera's is the computer's own.
+    let batch = Batch { key: [0; 2], noisy: has_noisy_camera(plant), loops: Loops::Both };
     let mut tile = Tile::<f64, N>::new(plant, batch);
     // Real links have their own delays.
     let params = Params { sensor_delay: 0.0, sensor_delay_error: 0.0, ..*params };
@@ -164,7 +165,7 @@ impl<const N: usize> Computer<N> {
         for substep in 1..=m.timing.substeps {
             let ago = f64::from(m.timing.substeps - substep) * m.timing.substep;
             let time = (t.tick - held_back) * m.timing.tick() - ago;
-            let mut gate = latch(m, &t.params, &measured.parts, hil.interface.watch.closed);
+            let mut gate = latch(m, &t.params, &measured.parts, hil.interface.watch.closed, hil.interface.grip.share);
             // A sensor measures the sum of contact and latch: before capture it is the contact, afterwards the latch.
             let (pull, push) = if gate.closed > 0.0 { (felt, Wrench::zero()) } else { (Wrench::zero(), felt) };
             gate.wrench = pull;
@@ -187,7 +188,7 @@ fn felt_touch(wrench: Wrench<f64>, least: f64) -> Touch<f64> {
         return monitor::no_touch();
     }
     let (normal, lever) = (wrench.force * (1.0 / force), wrench.force.cross(wrench.moment) * (1.0 / (force * force)));
-    Touch { wrench, force, sum: force, depth: 0.0, normal, lever }
+    Touch { wrench, force, sum: force, depth: 0.0, normal, lever, finger_power: 0.0 }
 }
 
 impl<const N: usize> SimulationComputer for Computer<N> {

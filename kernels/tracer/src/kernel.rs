@@ -8,10 +8,10 @@ use softdock_kernels::contact::mesh::{SHELL_WORDS, ShellPoint};
 use softdock_kernels::fields::{Field, fields};
 use softdock_kernels::fixture::is_compliant;
 use softdock_kernels::frame::lane_state::{StateVariable, contact_names, end_state_members, state_variables};
-use softdock_kernels::frame::{Batch, Loops};
+use softdock_kernels::frame::{Batch, Loops, has_noisy_camera, has_plan};
 use softdock_kernels::load::loaded;
 use softdock_kernels::model::CompensatorKind;
-use softdock_kernels::noise::{LINK, SENSOR};
+use softdock_kernels::noise::{CAMERA, LINK, SENSOR};
 use softdock_kernels::plant::{Plant, ShellOfPair};
 use softdock_kernels::quads::{quads, read, reads, stores, words};
 use softdock_kernels::robot::commands_poses;
@@ -130,6 +130,7 @@ fn constants(plant: &Plant, batch: Batch, slots: usize) -> String {
     format!(
         "const SUBSTEP = {:?}f;\nconst SUBSTEPS = {}u;\nconst MAX_TICKS = {}u;\nconst SLOTS = {slots}u;\n\
          const SENSOR_SUBSTEPS = {}u;\nconst LINK = {LINK}u;\nconst SENSOR_A = {}u;\nconst SENSOR_B = {}u;\n\
+         const CAMERA_A = {}u;\nconst CAMERA_B = {}u;\nconst NOISY_CAMERA = {};\nconst PLANNED = {};\n\
          const NOISY = {};\nconst FACILITY = {};\nconst COMPENSATED = {};\nconst PREDICTED = {};\nconst LOADED = {};\n\
          const COMPLIANT_FIXTURE = {};\nconst POSES = {};\nconst SUPERVISED = {};\n\n",
         t.substep as f32,
@@ -138,6 +139,10 @@ fn constants(plant: &Plant, batch: Batch, slots: usize) -> String {
         plant.facility.sensor_substeps.min(t.substeps),
         SENSOR[0],
         SENSOR[1],
+        CAMERA[0],
+        CAMERA[1],
+        has_noisy_camera(plant),
+        has_plan(plant),
         batch.noisy,
         batch.loops == Loops::Both,
         compensates(plant),
@@ -166,7 +171,13 @@ fn touches(plant: &Plant) -> String {
         let _ = write!(out, "\nfn {side}_pairs(p: Params) -> Pairs {{\n    return Pairs({pairs});\n}}\n");
     }
     for (function, side) in [("touch_space", "space"), ("touch_facility", "hil")] {
-        let _ = write!(out, "\nfn {function}(pairs: Pairs, parts: Parts) -> Touch {{\n    var sum = no_touch();\n");
+        let _ = write!(
+            out,
+            "\nfn {function}(pairs: Pairs, parts: Parts, grip: Grip) -> Touch {{\n    var sum = no_touch();\n"
+        );
+        for finger in 0..plant.contact.fingers.len() {
+            let _ = writeln!(out, "    let f{finger} = {}(parts, grip);", of_law("with_finger", finger));
+        }
         for (index, contact) in plant.contacts.iter().enumerate() {
             let (point, state) = (&contact.point, format!("{side}_contact_{index}"));
             let (r, law) = (point.position, contact.pair);
@@ -177,15 +188,17 @@ fn touches(plant: &Plant) -> String {
             let kept: Vec<String> = kept.collect();
             let _ = write!(
                 out,
-                "    let c{index} = {stage}(pairs.p{law}, parts, Point({x}, {y}, {z}, {radius}, {share}), {state});\n    \
+                "    let c{index} = {stage}(pairs.p{law}, {}, Point({x}, {y}, {z}, {radius}, {share}), {state});\n    \
                  {state} = PointState({});\n    \
-                 sum = gather(sum, c{index});\n",
-                kept.join(", ")
+                 {}",
+                parts_of(plant, law),
+                kept.join(", "),
+                gathered(plant, law, &format!("c{index}")),
             );
         }
         for (index, shell) in plant.shells.iter().enumerate() {
             let state = format!("{side}_contact_{}", plant.contacts.len() + index);
-            out.push_str(&touch_shell(index, shell, &state));
+            out.push_str(&touch_shell(plant, index, shell, &state));
         }
         out.push_str("    return sum;\n}\n");
     }
@@ -195,16 +208,34 @@ fn touches(plant: &Plant) -> String {
     out + "}\n"
 }
 
+/// The parts as a law's members of part A have them, in the kernel's text.
+fn parts_of(plant: &Plant, law: usize) -> String {
+    plant.pairs[law].finger.map_or_else(|| "parts".to_owned(), |finger| format!("f{finger}"))
+}
+
+/// A contact of a law joins the sum, that of a finger about part A's origin and with the power on its motion.
+fn gathered(plant: &Plant, law: usize, contact: &str) -> String {
+    let Some(finger) = plant.pairs[law].finger else {
+        return format!("sum = gather(sum, {contact});\n");
+    };
+    let [of_finger, power] = ["of_finger", "finger_power"].map(|stage| of_law(stage, finger));
+    format!(
+        "let {contact}_a = {of_finger}(parts, grip, {contact});\n    sum = gather(sum, {contact}_a);\n    \
+         sum.finger_power += {power}(parts, grip, {contact}_a);\n"
+    )
+}
+
 /// A shell: a loop over its points, whose table all lanes share, where it is near.
-fn touch_shell(index: usize, shell: &ShellOfPair, state: &str) -> String {
+fn touch_shell(plant: &Plant, index: usize, shell: &ShellOfPair, state: &str) -> String {
     let [relative, point, contact] = ["relative", "shell_point", "shell_contact"].map(|stage| of_shell(stage, index));
     let law = shell.pair;
+    let parts = parts_of(plant, law);
     let read = |word: usize| format!("tables[at + {word}u]");
     let words: Vec<String> = (0..fields::<f64, ShellPoint<f64>>().len()).map(read).collect();
     let names = fields::<f64, PointState<f64>>().into_iter().map(|field| format!("s{index}.state_{}", field.name));
     let kept: Vec<String> = names.collect();
     format!(
-        "    let r{index} = {relative}(parts);\n    \
+        "    let r{index} = {relative}({parts});\n    \
          var t{index} = no_shell_touch();\n    \
          if (r{index}.near > 0.0) {{\n        \
              var i = 0u;\n        \
@@ -217,13 +248,14 @@ fn touch_shell(index: usize, shell: &ShellOfPair, state: &str) -> String {
                  }}\n        \
              }}\n    \
          }}\n    \
-         let s{index} = {contact}(pairs.p{law}, parts, r{index}, t{index}, {state});\n    \
+         let s{index} = {contact}(pairs.p{law}, {parts}, r{index}, t{index}, {state});\n    \
          {state} = PointState({});\n    \
-         sum = gather(sum, s{index});\n",
+         {}",
         shell.offset,
         words.join(", "),
         shell.points.len(),
         kept.join(", "),
+        gathered(plant, law, &format!("s{index}")),
     )
 }
 

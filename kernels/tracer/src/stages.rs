@@ -2,12 +2,14 @@
 
 use crate::trace::Sym;
 use crate::wgsl::{Function, Struct};
+use softdock_kernels::arm_motion::{self, ArmMotion};
 use softdock_kernels::compensator::{self, Compensation};
 use softdock_kernels::contact::mesh::ShellPoint;
 use softdock_kernels::contact::shell::{self, Relative, ShellTouch};
 use softdock_kernels::contact::{self, LatchState, Point, PointContact, PointState};
 use softdock_kernels::fields::{Bundle, bundle_name, fields};
 use softdock_kernels::fixture;
+use softdock_kernels::grip::{self, Grip};
 use softdock_kernels::impedance::{self, Admittance};
 use softdock_kernels::joint_level;
 use softdock_kernels::load::{self, Load};
@@ -60,6 +62,7 @@ pub fn structures<const N: usize>(m: &Plant) -> Vec<Struct> {
         structure::<Bodies<Sym, N>>(),
         structure::<Kinematics<Sym, N>>(),
         structure::<Actuation<Sym, N>>(),
+        structure::<ArmMotion<Sym, N>>(),
         structure::<Parts<Sym>>(),
         structure::<Wrench<Sym>>(),
         structure::<Point<Sym>>(),
@@ -68,6 +71,7 @@ pub fn structures<const N: usize>(m: &Plant) -> Vec<Struct> {
         structure::<PointContact<Sym>>(),
         structure::<LatchState<Sym>>(),
         structure::<Touch<Sym>>(),
+        structure::<Grip<Sym>>(),
         structure::<Watch<Sym>>(),
         structure::<Robots<Sym>>(),
         structure::<LinkCounts<Sym>>(),
@@ -112,8 +116,12 @@ fn body_stages<const N: usize>(m: &Plant) -> Vec<Function> {
         stage!(start(p: Params<Sym>, masses: Masses<Sym>) -> Bodies<Sym, N> => softdock_kernels::start::start(m, &p, &masses)),
         stage!(kinematics(masses: Masses<Sym>, s: Bodies<Sym, N>) -> Kinematics<Sym, N> => space::kinematics(m, &masses, &s)),
         stage!(parts_of(k: Kinematics<Sym, N>) -> Parts<Sym> => k.parts),
-        stage!(guide(p: Params<Sym>, masses: Masses<Sym>, s: Bodies<Sym, N>, k: Kinematics<Sym, N>, watch: Watch<Sym>)
-            -> Actuation<Sym, N> => softdock_kernels::guidance::guide(m, &p, &masses, &s.arm, &s.drives, s.chaser.attitude, &k, monitor::touched(&watch))),
+        stage!(guide(p: Params<Sym>, masses: Masses<Sym>, s: Bodies<Sym, N>, k: Kinematics<Sym, N>, watch: Watch<Sym>, motion: ArmMotion<Sym, N>)
+            -> Actuation<Sym, N> => softdock_kernels::guidance::guide(m, &p, &masses, &s.arm, &s.drives, s.chaser.attitude, &k, monitor::touched(&watch), &motion)),
+        stage!(no_motion() -> ArmMotion<Sym, N> => arm_motion::no_motion()),
+        stage!(follow(p: Params<Sym>, motion: ArmMotion<Sym, N>, s: Bodies<Sym, N>, k: Kinematics<Sym, N>, felt: Wrench<Sym>, watch: Watch<Sym>, noise: Wrench<Sym>)
+            -> ArmMotion<Sym, N> => arm_motion::follow(m, &p, &motion, &s.arm, &s.drives, s.chaser.attitude, &k, &felt, watch.closed, &noise)),
+        stage!(feel(felt: Wrench<Sym>, parts: Parts<Sym>, w: Wrench<Sym>) -> Wrench<Sym> => arm_motion::feel(m, &felt, parts.a, w)),
         stage!(advance(masses: Masses<Sym>, s: Bodies<Sym, N>, k: Kinematics<Sym, N>, u: Actuation<Sym, N>, w: Wrench<Sym>)
             -> Bodies<Sym, N> => space::advance(m, &masses, &s, &k, &u, w)),
         stage!(settle(s: Bodies<Sym, N>) -> Bodies<Sym, N> => space::settle(s)),
@@ -135,9 +143,22 @@ fn contact_stages(m: &Plant) -> Vec<Function> {
         ];
         functions.map(|function| Function { name: of_law(&function.name, law), ..function })
     });
-    let mut all: Vec<Function> = laws.collect();
+    let fingers = m.contact.fingers.iter().enumerate().flat_map(|(index, finger)| {
+        let functions = [
+            stage!(with_finger(parts: Parts<Sym>, grip: Grip<Sym>) -> Parts<Sym> => contact::with_finger(finger, &parts, &grip)),
+            stage!(of_finger(parts: Parts<Sym>, grip: Grip<Sym>, c: PointContact<Sym>) -> PointContact<Sym>
+                => contact::of_finger(finger, &parts, &grip, &c)),
+        ];
+        let power = stage!(finger_power(parts: Parts<Sym>, grip: Grip<Sym>, c: PointContact<Sym>) -> Sym
+            => contact::finger_power(finger, &parts, &grip, &c));
+        let functions = functions.into_iter().chain([power]);
+        functions.map(move |function| Function { name: of_law(&function.name, index), ..function }).collect::<Vec<_>>()
+    });
+    let mut all: Vec<Function> = laws.chain(fingers).collect();
     all.extend([
-        stage!(latch(p: Params<Sym>, parts: Parts<Sym>, closed: Sym) -> LatchState<Sym> => contact::latch(m, &p, &parts, closed)),
+        stage!(latch(p: Params<Sym>, parts: Parts<Sym>, closed: Sym, gripped: Sym) -> LatchState<Sym>
+            => contact::latch(m, &p, &parts, closed, gripped)),
+        stage!(grip_after(grip: Grip<Sym>, time: Sym) -> Grip<Sym> => grip::grip_after(&grip, time)),
         stage!(no_touch() -> Touch<Sym> => monitor::no_touch()),
         stage!(gather(sum: Touch<Sym>, c: PointContact<Sym>) -> Touch<Sym> => monitor::gather(&sum, &c)),
         stage!(total_wrench(touch: Touch<Sym>, latch: LatchState<Sym>) -> Wrench<Sym> => monitor::total_wrench(&touch, &latch)),

@@ -72,7 +72,15 @@ fn dispersions_that_contradict_each_other_or_the_scenario_are_refused() {
 #[test]
 fn robots_and_recordings_have_one_scenario() {
     let text = dispersion("scenario.latch.depth", "kind = \"uniform\", min = \"3 mm\", max = \"4 mm\"");
-    let problems = campaign(&text).expect("legal").refuse_keys("a session").expect_err("keys");
+    let problems = campaign(&text).expect("legal").refuse_for("a session").expect_err("keys");
     assert!(problems.to_string().contains("a session has one scenario"), "{problems}");
-    assert!(campaign("").expect("legal").refuse_keys("a session").is_ok());
+    assert!(campaign("").expect("legal").refuse_for("a session").is_ok());
+}
+
+#[test]
+fn robots_hold_rigid_parts() {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../campaigns/grapple.toml");
+    let grapple = crate::load(&path).unwrap_or_else(|problems| panic!("{problems}"));
+    let problems = grapple.refuse_for("a session").expect_err("fingers");
+    assert!(problems.to_string().contains("a session commands no gripper"), "{problems}");
 }

@@ -20,6 +20,8 @@ pub(crate) struct Bodies {
     pub(crate) links: Vec<Link>,
     pub(crate) joints: Vec<String>,
     pub(crate) angles: Vec<f64>,
+    /// Limits of the joints' angles \[rad\].
+    pub(crate) limits: Vec<(f64, f64)>,
     pub(crate) drives: Vec<ArmDrive>,
     pub(crate) brakes: Brakes,
     pub(crate) tool: Pose<f64>,
@@ -61,6 +63,7 @@ pub(crate) fn read(c: &mut Checker, file: &ScenarioFile) -> Bodies {
         links: Vec::new(),
         joints: Vec::new(),
         angles: Vec::new(),
+        limits: Vec::new(),
         drives: Vec::new(),
         brakes: Brakes::Open,
         tool: part_a,
@@ -101,6 +104,7 @@ fn read_arm(c: &mut Checker, table: &ArmTable, file: &ScenarioFile, part_a: Pose
             c.refuse(&span, message, "name the last moving link, or one that is fixed to it");
         }
     }
+    bodies.limits = arm.limits;
     (bodies.links, bodies.joints, bodies.urdf) = (arm.links, arm.joints, Some(source));
 }
 

@@ -9,9 +9,11 @@ use crate::written::scenario::{ContactTable, LatchTable, LawKeys, PointTable, Sc
 use crate::written::{At, Quantities};
 use softdock_kernels::contact::common_pair;
 use softdock_kernels::material::{NormalLaw, Pair};
-use softdock_kernels::model::{Contact, ContactPoint, Latch, MaterialPair, Members, Model, PartShape, Shape, Solid};
+use softdock_kernels::model::{
+    Contact, ContactPoint, Finger, Latch, MaterialPair, Members, Model, PartShape, Shape, Solid,
+};
 use softdock_kernels::params::Params;
-use softdock_kernels::plant::part_points;
+use softdock_kernels::plant::{PointSource, part_points};
 use softdock_kernels::range::{LENGTH, Range, SPEED};
 use softdock_kernels::vector::vec3;
 use std::collections::BTreeSet;
@@ -46,7 +48,38 @@ pub(crate) fn read(c: &mut Checker, file: &ScenarioFile, p: &mut Params<f64>) ->
     mesh::refuse_bilateral(c, solids, bilateral);
     let pairs = pairs(c, file, [&a, &b], p.closing_speed);
     let latch = file.latch.as_ref().map(|table| latch(c, table, p));
-    (Contact { a, b, pairs, law, bilateral, latch }, meshes)
+    let fingers = fingers(c, file);
+    (Contact { a, b, pairs, law, bilateral, latch, fingers }, meshes)
+}
+
+/// What of part A moves as the grip closes: all with the same way are one finger.
+fn fingers(c: &mut Checker, file: &ScenarioFile) -> Vec<Finger> {
+    let (points, solids) = (file.part_a.point.iter(), file.part_a.solid.iter());
+    let points = points.enumerate().map(|(index, own)| (PointSource::Point(index), &own.closes));
+    let solids = solids.enumerate().map(|(index, own)| (PointSource::Solid(index), &own.closes));
+    let mut fingers: Vec<Finger> = Vec::new();
+    for (source, written) in points.chain(solids) {
+        let Some(written) = written else { continue };
+        let travel = c.vector(written, "m", Range::size(LENGTH));
+        let has_grip = file.arm.as_ref().is_some_and(|arm| arm.grip.is_some());
+        if !has_grip {
+            let remedy = "add grip = { time = \"1 s\" } to [arm] and grip = \"close\" to a phase, or remove it";
+            c.refuse(&written.span, "this does nothing: the arm has no grip", remedy);
+        }
+        let index = fingers.iter().position(|own| own.travel == travel).unwrap_or_else(|| {
+            fingers.push(Finger { members: Members::default(), travel });
+            fingers.len() - 1
+        });
+        match source {
+            PointSource::Point(point) => fingers[index].members.points.push(point),
+            PointSource::Solid(solid) => fingers[index].members.solids.push(solid),
+        }
+    }
+    let of_b = file.part_b.point.iter().filter_map(|own| own.closes.as_ref());
+    for own in of_b.chain(file.part_b.solid.iter().filter_map(|own| own.closes.as_ref())) {
+        c.refuse(&own.span, "only what belongs to part A moves with the grip", "remove it");
+    }
+    fingers
 }
 
 fn part(c: &mut Checker, table: &str, points: &[PointTable], solids: &[SolidTable]) -> PartShape {

@@ -2,7 +2,7 @@
 
 use crate::check::{Checker, span_of};
 use crate::written::Quantities;
-use crate::written::scenario::{ArmTable, GuidanceTable};
+use crate::written::scenario::{ArmTable, ControllerTable, GuidanceTable};
 use softdock_kernels::model::{ArmControl, MAX_JOINTS, Thrust};
 use softdock_kernels::range::{DAMPING, FORCE, Range, STIFFNESS};
 
@@ -32,12 +32,24 @@ enum Law {
     CartesianImpedance,
 }
 
-/// The arm's controller; without an arm one that has nothing to do.
+/// A controller that has nothing to do.
+pub(crate) const IDLE: ArmControl = ArmControl::JointPd { stiffness: [0.0; MAX_JOINTS], damping: [0.0; MAX_JOINTS] };
+
+/// The arm's controller, where it has no phases; without an arm one that has nothing to do.
 pub(crate) fn arm(c: &mut Checker, arm: Option<&ArmTable>, joints: usize) -> ArmControl {
-    let Some(arm) = arm else {
-        return ArmControl::JointPd { stiffness: [0.0; MAX_JOINTS], damping: [0.0; MAX_JOINTS] };
-    };
-    let t = &arm.controller.value;
+    let Some(arm) = arm.filter(|arm| arm.phase.is_empty()) else { return IDLE };
+    match &arm.controller {
+        Some(table) => controller(c, &table.value, joints),
+        None => {
+            let span = c.source.span_of("arm");
+            c.refuse(&span, "the arm has no controller", "add a table [arm.controller], or phases with controllers");
+            IDLE
+        }
+    }
+}
+
+/// A controller as it is written.
+pub(crate) fn controller(c: &mut Checker, t: &ControllerTable, joints: usize) -> ArmControl {
     let laws = [
         ("joint_pd", Law::JointPd),
         ("computed_torque", Law::ComputedTorque),

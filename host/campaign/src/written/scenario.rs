@@ -100,13 +100,143 @@ pub(crate) struct ArmTable {
     pub(crate) position: Option<Quantities>,
     /// Attitude of the root link as roll, pitch, yaw.
     pub(crate) rotation: Option<Quantities>,
-    /// Start angle of each joint, from the base outwards; also the posture that is held.
+    /// Start angle of each joint, from the base outwards; without phases also the posture that is held.
     pub(crate) angles: Quantities,
-    /// The controller.
-    pub(crate) controller: At<ControllerTable>,
+    /// The controller, of every phase without one of its own.
+    pub(crate) controller: Option<At<ControllerTable>>,
+    /// Phases of the arm's motion, in order; the run starts with the first. Without any the arm holds its start posture.
+    #[serde(default)]
+    pub(crate) phase: Vec<At<PhaseTable>>,
+    /// Camera that measures part B, for moves relative to it.
+    pub(crate) camera: Option<At<CameraTable>>,
+    /// Fingers of part A: what of it has a way to `closes`.
+    pub(crate) grip: Option<At<GripTable>>,
+    /// The arm's own force sensor, for guards and compliance; default without lag.
+    pub(crate) sensor: Option<At<ArmSensorTable>>,
     /// Motors, gears, friction, stops and brakes; without this table the controller's torques act on the joints
     /// themselves, without limits.
     pub(crate) drive: Option<At<ArmDriveTable>>,
+}
+
+/// A phase of the arm's motion: a controller, a move, and what ends it.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct PhaseTable {
+    /// Its name.
+    pub(crate) name: At<String>,
+    /// Its controller; default that of [arm.controller].
+    pub(crate) controller: Option<At<ControllerTable>>,
+    /// Where it moves the arm, from rest to rest; default: it holds what was wanted when it began.
+    pub(crate) to: Option<At<GoalTable>>,
+    /// Greatest speed of the move: of part A, or of each joint.
+    pub(crate) speed: Option<Quantity>,
+    /// Greatest acceleration of the move.
+    pub(crate) acceleration: Option<Quantity>,
+    /// Greatest jerk of the move; default the acceleration within 0.1 s.
+    pub(crate) jerk: Option<Quantity>,
+    /// Greatest angular speed of part A; default "5 deg/s". Its acceleration and jerk keep the same proportion to it.
+    pub(crate) turn_speed: Option<Quantity>,
+    /// How the wanted pose gives way to the measured force: admittance or force control.
+    pub(crate) compliance: Option<At<ComplianceTable>>,
+    /// "close" or "open": what the fingers do in it; default: they stay as they are, or go on.
+    pub(crate) grip: Option<At<String>>,
+    /// What ends the phase; of several that hold, the first. Without any it lasts to the end of the run.
+    #[serde(default)]
+    pub(crate) until: Vec<At<GuardTable>>,
+}
+
+/// Where a phase moves the arm: joint angles, or a pose of part A's frame.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct GoalTable {
+    /// Angle of each joint.
+    pub(crate) angles: Option<Quantities>,
+    /// Frame of the pose: "base" (body frame of the base) or "part_b" (as the camera sees part B).
+    pub(crate) frame: Option<At<String>>,
+    /// Origin of part A's frame; default the frame's origin.
+    pub(crate) position: Option<Quantities>,
+    /// Attitude of part A's frame as roll, pitch, yaw; default none.
+    pub(crate) rotation: Option<Quantities>,
+}
+
+/// How the wanted pose of part A gives way: M x'' + D x' + K x = force on part A + press, in part A's wanted axes.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct ComplianceTable {
+    /// Axes that give way, of "x", "y", "z" (along) and "rx", "ry", "rz" (about); the others stay as they are wanted.
+    pub(crate) axes: Vec<At<String>>,
+    /// Virtual mass M of the axes x, y, z.
+    pub(crate) mass: Option<Quantity>,
+    /// Damping D of them.
+    pub(crate) damping: Option<Quantity>,
+    /// Stiffness K of them; default 0: they yield as long as the force lasts.
+    pub(crate) stiffness: Option<Quantity>,
+    /// Virtual inertia of the axes rx, ry, rz.
+    pub(crate) rotation_inertia: Option<Quantity>,
+    /// Damping of them.
+    pub(crate) rotation_damping: Option<Quantity>,
+    /// Stiffness of them; default 0.
+    pub(crate) rotation_stiffness: Option<Quantity>,
+    /// Force that part A shall exert on part B, part A's axes; default none.
+    pub(crate) press: Option<Quantities>,
+    /// Moment that part A shall exert on part B, about part A's origin; default none.
+    pub(crate) press_moment: Option<Quantities>,
+}
+
+/// What ends a phase: all that is written must hold.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct GuardTable {
+    /// true: the move has ended.
+    pub(crate) arrived: Option<At<bool>>,
+    /// true: the latch has closed.
+    pub(crate) captured: Option<At<bool>>,
+    /// true: the fingers have come to the end of their way.
+    pub(crate) gripped: Option<At<bool>>,
+    /// The arm's sensor shows at least this force.
+    pub(crate) force: Option<Quantity>,
+    /// The arm's sensor shows less than this force.
+    pub(crate) force_below: Option<Quantity>,
+    /// The phase has lasted so long.
+    pub(crate) after: Option<Quantity>,
+    /// Phase that follows; default the next one in the file.
+    pub(crate) go_to: Option<At<String>>,
+}
+
+/// A camera that measures the pose of part B relative to part A.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct CameraTable {
+    /// Time between two images, a whole number of ticks.
+    pub(crate) period: Quantity,
+    /// Time from an image to its result, a whole number of ticks, at most three periods.
+    pub(crate) delay: Quantity,
+    /// Noise of the position in each image: standard deviation per axis; default none.
+    pub(crate) noise_position: Option<Quantity>,
+    /// Noise of the attitude in each image: standard deviation per axis; default none.
+    pub(crate) noise_rotation: Option<Quantity>,
+    /// Constant error of part B's place, part A's axes; default none. Dispersed as `camera_offset`.
+    pub(crate) offset: Option<Quantities>,
+    /// Constant error of part B's attitude, a rotation vector in part A's axes; default none. Dispersed as `camera_tilt`.
+    pub(crate) tilt: Option<Quantities>,
+    /// Time constant with which the results are smoothed; default none.
+    pub(crate) smoothing: Option<Quantity>,
+}
+
+/// Fingers of part A, which move in its frame whatever pushes them.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct GripTable {
+    /// Time in which they close, at a constant speed.
+    pub(crate) time: Quantity,
+}
+
+/// The force sensor at the arm's end; it shows the contact's wrench on part A.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct ArmSensorTable {
+    /// Time constant of its low-pass filter.
+    pub(crate) lag: Quantity,
 }
 
 /// Drives of an arm's joints: for each key one value for all joints, or a list with one for each.
@@ -201,6 +331,8 @@ pub(crate) struct PointTable {
     pub(crate) position: Quantities,
     /// Radius; default zero.
     pub(crate) radius: Option<Quantity>,
+    /// part_a with [arm.grip]: way of the point as the grip closes, part A's axes; default: it does not move.
+    pub(crate) closes: Option<Quantities>,
 }
 
 /// The free body.
@@ -269,6 +401,8 @@ pub(crate) struct SolidTable {
     pub(crate) patch: Option<Quantity>,
     /// mesh: density, for the mass properties that `check` states; the bodies' masses do not follow from it.
     pub(crate) density: Option<Quantity>,
+    /// part_a with [arm.grip]: way of the solid as the grip closes, part A's axes; default: it does not move.
+    pub(crate) closes: Option<Quantities>,
     /// capsule (between the centres of its ends), cylinder, frustum: length along x.
     pub(crate) length: Option<Quantity>,
     /// frustum: radius at x = 0.

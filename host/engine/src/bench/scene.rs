@@ -42,6 +42,7 @@ pub fn scene(substep: f64, substeps: u32, ticks: u32) -> Plant {
         contact: drogue(),
         guidance: Guidance {
             thrust: Thrust::Off,
+            plan: None,
             arm: ArmControl::JointPd { stiffness: [40.0; MAX_JOINTS], damping: [15.0; MAX_JOINTS] },
         },
         orbit_rate: 0.0,
@@ -157,6 +158,7 @@ fn drogue() -> Contact {
         pairs: Vec::new(),
         bilateral: false,
         latch: None,
+        fingers: Vec::new(),
     }
 }
 
