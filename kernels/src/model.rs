@@ -61,6 +61,8 @@ pub struct Model {
     pub target_pose: Pose<f64>,
     /// Pose of part B in the target's body frame.
     pub seat: Pose<f64>,
+    /// Which bodies stand still in the contact frame.
+    pub held: Held,
     /// The contact pair.
     pub contact: Contact,
     /// What the chaser does.
@@ -98,6 +100,7 @@ impl Model {
             target_inertia: inertia,
             target_pose: Pose::identity(),
             seat: Pose::identity(),
+            held: Held::NONE,
             contact: Contact {
                 a: PartShape { points: vec![ContactPoint { position: Vec3::zero(), radius: 0.0 }], solids: Vec::new() },
                 b: PartShape {
@@ -170,6 +173,22 @@ pub struct Link {
     pub com: Vec3<f64>,
     /// Inertia about the centre of mass, link axes \[kg m^2\].
     pub inertia: Sym3<f64>,
+}
+
+/// The bodies that stand on a mount which does not move, whatever pushes them.
+///
+/// A held body has neither mass nor momentum: its mount takes every wrench. The links of an arm on a held base move.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Held {
+    /// The chaser's base; with it all that the arm does not move.
+    pub base: bool,
+    /// The target.
+    pub target: bool,
+}
+
+impl Held {
+    /// Both bodies float freely.
+    pub const NONE: Self = Self { base: false, target: false };
 }
 
 /// When the brakes of an arm are closed; its motors are off then.

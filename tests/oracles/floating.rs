@@ -42,6 +42,10 @@ pub(super) struct Dense {
     velocity: DVector<f64>,
     joints: Vec<(V, V)>,
     centres: Vec<V>,
+    /// Acceleration of the field on every body.
+    field: V,
+    /// The base stands still.
+    is_held: bool,
 }
 
 /// Jacobians of a point fixed to the body behind the given joints: each an origin and an axis.
@@ -83,8 +87,12 @@ impl Dense {
         let tool = origin + attitude * v(m.tool.position);
         let (tool_linear, tool_angular) = jacobians(tool, &joints, 6 + N);
         let velocity = DVector::zeros(6 + N);
-        let mut dense = Self { parts, tool, tool_linear, tool_angular, velocity, joints, centres };
-        dense.velocity = dense.velocities(s);
+        let (field, is_held) = (v(m.field), m.held.base);
+        let mut dense = Self { parts, tool, tool_linear, tool_angular, velocity, joints, centres, field, is_held };
+        dense.velocity = match is_held {
+            true => DVector::from_iterator(6 + N, [0.0; 6].into_iter().chain(s.arm.rate)),
+            false => dense.velocities(s),
+        };
         dense
     }
 
@@ -138,6 +146,11 @@ impl Dense {
         sum
     }
 
+    /// Place of the tool from the base's centre of mass.
+    pub(super) fn tool(&self) -> Vec3<f64> {
+        vec3(self.tool.x, self.tool.y, self.tool.z)
+    }
+
     /// Place of the tool from the centre of mass of the chaser.
     pub(super) fn tool_from_com(&self) -> Vec3<f64> {
         let mass: f64 = self.parts.iter().map(|part| part.mass).sum();
@@ -156,6 +169,13 @@ impl Dense {
         let mut force = self.tool_linear.transpose() * v(w.force) + self.tool_angular.transpose() * v(w.moment);
         let applied = [u.thrust, u.torque].into_iter().flat_map(|a| [a.x, a.y, a.z]).chain(u.joint);
         applied.enumerate().for_each(|(i, push)| force[i] += push);
+        self.parts.iter().for_each(|part| force += part.linear.transpose() * (self.field * part.mass));
+        if self.is_held {
+            let (count, rest) = (N, force - self.bias());
+            let joints = self.mass_matrix().view((6, 6), (count, count)).clone_owned();
+            let gain = joints.lu().solve(&rest.rows(6, count).clone_owned()).expect("regular");
+            return DVector::from_iterator(6 + N, [0.0; 6].into_iter().chain(gain.iter().copied()));
+        }
         self.mass_matrix().lu().solve(&(force - self.bias())).expect("regular")
     }
 }

@@ -11,6 +11,7 @@ mod docking;
 mod effects;
 mod facility;
 mod floating;
+mod held;
 mod impedance;
 mod insertion;
 mod jamming;

@@ -6,6 +6,7 @@ mod compensator;
 pub(crate) mod contact;
 mod control;
 mod facility;
+mod held;
 mod impedance;
 mod joint_level;
 
@@ -264,6 +265,7 @@ fn compile(c: &mut Checker, file: &ScenarioFile, bodies: &Bodies, known: Option<
     let mut nominal = Params::null();
     start(c, &file.start, &mut nominal);
     bodies.masses(&mut nominal);
+    held::check(c, file, bodies.held, &nominal);
     let (contact, meshes) = contact::read(c, file, &mut nominal);
     let station = known.cloned().or_else(|| facility::station(c, &file.facility));
     let (facility, robot) = facility::read(c, &file.facility, station.as_ref(), &timing, &mut nominal);
@@ -292,6 +294,7 @@ fn compile(c: &mut Checker, file: &ScenarioFile, bodies: &Bodies, known: Option<
         target_inertia: bodies.target_inertia,
         target_pose: bodies.target_pose,
         seat: bodies.seat,
+        held: bodies.held,
         contact,
         guidance,
         orbit_rate,

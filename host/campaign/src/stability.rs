@@ -2,7 +2,7 @@
 //!
 //! Semi-implicit Euler is stable up to w dt = 2; half a radian leaves room for sixteen points in contact at once.
 
-use crate::mobility::{Chaser, greatest, target_about_com, target_at_point};
+use crate::mobility::{Chaser, effective_mass, greatest, target_about_com, target_at_point};
 use nalgebra::{DMatrix, DVector, Matrix3};
 use softdock_kernels::contact::mesh::ShellPoint;
 use softdock_kernels::contact::{REFERENCE_DEPTH, common_pair};
@@ -68,6 +68,15 @@ pub(crate) fn faults(m: &Model, extremes: &Extremes) -> Vec<Fault> {
             remedy: "check the masses and inertias of base and links: they differ by too many orders".to_owned(),
         }];
     };
+    if effective_mass(m, low.base_mass, low.target_mass).is_none() {
+        return vec![Fault {
+            key: "base.held".to_owned(),
+            parameter: None,
+            message: "base and target are held, and no joint moves part A along the approach axis at the start"
+                .to_owned(),
+            remedy: "write other arm.angles, or remove base.held or target.held".to_owned(),
+        }];
+    }
     let mut springs = contact(m, extremes, &chaser);
     springs.extend(arm(m, &chaser));
     springs.extend(drives(m, &chaser));

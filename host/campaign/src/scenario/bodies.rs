@@ -1,6 +1,6 @@
 //! Base, arm, target and where the parts stand on them.
 
-use super::arm_drive;
+use super::{arm_drive, held};
 use crate::arm::{self, Arm};
 use crate::check::Checker;
 use crate::inertia::fault;
@@ -9,7 +9,7 @@ use crate::source::Source;
 use crate::written::At;
 use crate::written::scenario::{ArmTable, InertiaTable, ScenarioFile};
 use softdock_kernels::manipulator::ArmDrive;
-use softdock_kernels::model::{Brakes, Link};
+use softdock_kernels::model::{Brakes, Held, Link};
 use softdock_kernels::params::Params;
 use softdock_kernels::range::{ANGLE, Range};
 use softdock_kernels::vector::{Pose, Sym3};
@@ -26,6 +26,7 @@ pub(crate) struct Bodies {
     pub(crate) target_inertia: Sym3<f64>,
     pub(crate) target_pose: Pose<f64>,
     pub(crate) seat: Pose<f64>,
+    pub(crate) held: Held,
     pub(crate) urdf: Option<Source>,
     base_mass: f64,
     target_mass: f64,
@@ -45,10 +46,9 @@ impl Bodies {
 }
 
 pub(crate) fn read(c: &mut Checker, file: &ScenarioFile) -> Bodies {
-    let base_mass = c.parameter(&file.base.mass, "base_mass");
-    let target_mass = c.parameter(&file.target.mass, "target_mass");
-    let base_inertia = inertia(c, &file.base.inertia);
-    let target_inertia = inertia(c, &file.target.inertia);
+    let held = held::read(file);
+    let (base_mass, base_inertia) = held::base(c, file, held);
+    let (target_mass, target_inertia) = held::target(c, file, held);
     let part_a = c.pose(&file.part_a.position, &file.part_a.rotation);
     let seat = c.pose(&file.part_b.position, &file.part_b.rotation);
     let target_pose = if file.target.position.is_some() || file.target.rotation.is_some() {
@@ -67,6 +67,7 @@ pub(crate) fn read(c: &mut Checker, file: &ScenarioFile) -> Bodies {
         target_inertia,
         target_pose,
         seat,
+        held,
         urdf: None,
         base_mass,
         target_mass,
@@ -121,7 +122,8 @@ fn angles(c: &mut Checker, table: &ArmTable, arm: &Arm) -> Vec<f64> {
     angles
 }
 
-fn inertia(c: &mut Checker, table: &At<InertiaTable>) -> Sym3<f64> {
+/// An inertia that a rigid body can have \[kg m^2\].
+pub(super) fn inertia(c: &mut Checker, table: &At<InertiaTable>) -> Sym3<f64> {
     let noted = c.problems.len();
     let inertia = c.inertia(&table.value);
     if c.problems.len() == noted

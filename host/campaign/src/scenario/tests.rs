@@ -284,3 +284,51 @@ fn both_parts_have_points_and_solids() {
     let problems = scenario(&alone).expect_err("no points").to_string();
     assert!(problems.contains("no contact point of one part meets a solid of the other"), "{problems}");
 }
+
+/// The free body without the mass and the inertia of a table, which is held.
+fn with_held(text: &str, table: &str) -> String {
+    let bodies = "mass = \"400 kg\"\ninertia = { ixx = \"60 kg m^2\", iyy = \"60 kg m^2\", izz = \"60 kg m^2\" }\n";
+    let written = format!("[{table}]\n{bodies}");
+    assert!(text.contains(&written), "{table}");
+    text.replace(&written, &format!("[{table}]\nheld = true\n"))
+}
+
+#[test]
+fn a_held_body_needs_no_mass_and_a_free_one_does() {
+    let target = scenario(&with_held(FREE_BODY, "target")).expect("a held target").model;
+    assert_eq!((target.held.base, target.held.target), (false, true));
+    // 2 x 0.7 x sqrt(2/3 K m): the effective mass is that of the ball alone.
+    assert!((target.nominal.bristle_damping - 1.4 * (2e5_f64 / 3.0 * 400.0).sqrt()).abs() < 1e-6);
+    let base = scenario(&with_held(FREE_BODY, "base")).expect("a held base").model;
+    assert_eq!((base.held.base, base.held.target), (true, false));
+    assert_eq!(base.nominal.bristle_damping, target.nominal.bristle_damping);
+    for table in ["base", "target"] {
+        let held = with_held(FREE_BODY, table);
+        let free = scenario(&held.replace("held = true", "held = false")).expect_err("a free body without mass");
+        let keys: Vec<&str> = free.iter().map(|problem| problem.key.as_str()).collect();
+        assert_eq!(keys, [format!("{table}.mass"), format!("{table}.inertia")]);
+        let both = scenario(&held.replace("held = true", "held = true\nmass = \"3 kg\"")).expect_err("a mass");
+        assert_eq!(both.iter().next().expect("a problem").key, format!("{table}.mass"));
+    }
+}
+
+#[test]
+fn keys_that_do_nothing_on_a_held_body_are_refused() {
+    let key = |text: String| {
+        let problems = scenario(&text).expect_err("refused");
+        problems.iter().map(|problem| problem.key.clone()).collect::<Vec<_>>()
+    };
+    let (base, target) = (with_held(FREE_BODY, "base"), with_held(FREE_BODY, "target"));
+    let rate = "[\"0 rad/s\", \"0.1 rad/s\", \"0 rad/s\"]";
+    let in_start = |text: &str, line: &str| text.replace("[start]", &format!("[start]\n{line}"));
+    assert_eq!(key(in_start(&base, &format!("chaser_rate = {rate}"))), ["start.chaser_rate"]);
+    assert_eq!(key(in_start(&target, &format!("target_rate = {rate}"))), ["start.target_rate"]);
+    scenario(&in_start(&base, &format!("target_rate = {rate}"))).expect("the target is free");
+    let field = "[field]\nacceleration = [\"0 m/s^2\", \"0 m/s^2\", \"-9.81 m/s^2\"]\n[start]";
+    assert_eq!(key(base.replace("[start]", field)), ["field.acceleration"]);
+    let both = with_held(&base, "target");
+    assert_eq!(key(both), ["start.closing_speed", "target.held"]);
+    let effect = "[[effect]]\nid = \"P1_mass\"\nparameters = { mass_error = 0.1 }\n[start]";
+    let problems = scenario(&target.replace("[start]", effect)).expect_err("an effect on a held target");
+    assert!(problems.iter().any(|p| p.message.contains("the target is held")), "{:?}", problems.iter().next());
+}

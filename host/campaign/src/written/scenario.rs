@@ -26,7 +26,7 @@ pub(crate) struct ScenarioFile {
     pub(crate) arm: Option<ArmTable>,
     /// The part on the end-effector.
     pub(crate) part_a: PartATable,
-    /// The free body with part B.
+    /// The body with part B.
     pub(crate) target: TargetTable,
     /// The part on the target.
     pub(crate) part_b: PartBTable,
@@ -41,7 +41,7 @@ pub(crate) struct ScenarioFile {
     pub(crate) guidance: GuidanceTable,
     /// Relative gravity (Clohessy-Wiltshire); without it there is none.
     pub(crate) orbit: Option<OrbitTable>,
-    /// A constant acceleration of all bodies, as a test field.
+    /// A constant acceleration of the chaser, as a test field.
     pub(crate) field: Option<FieldTable>,
     /// The facility that closes the HIL loop; beside the rules of its sessions an ideal one by default.
     pub(crate) facility: At<FacilityTable>,
@@ -80,10 +80,13 @@ pub(crate) struct InertiaTable {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct BaseTable {
-    /// Mass.
-    pub(crate) mass: Quantity,
-    /// Inertia about the centre of mass, body axes.
-    pub(crate) inertia: At<InertiaTable>,
+    /// The base stands on a mount that does not move, whatever pushes it; before it a free target moves at
+    /// `start.closing_speed`. Default false: it floats freely.
+    pub(crate) held: Option<At<bool>>,
+    /// Mass; required of a free base, refused of a held one.
+    pub(crate) mass: Option<Quantity>,
+    /// Inertia about the centre of mass, body axes; as the mass.
+    pub(crate) inertia: Option<At<InertiaTable>>,
     /// Start position of the centre of mass in the contact frame; only without `start.gap`.
     pub(crate) position: Option<Quantities>,
     /// Start attitude in the contact frame as roll, pitch, yaw; only without `start.gap`.
@@ -207,10 +210,12 @@ pub(crate) struct PointTable {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct TargetTable {
-    /// Mass.
-    pub(crate) mass: Quantity,
-    /// Inertia about the centre of mass, body axes.
-    pub(crate) inertia: At<InertiaTable>,
+    /// The target stands on a mount that does not move, whatever pushes it. Default false: it floats freely.
+    pub(crate) held: Option<At<bool>>,
+    /// Mass; required of a free target, refused of a held one.
+    pub(crate) mass: Option<Quantity>,
+    /// Inertia about the centre of mass, body axes; as the mass.
+    pub(crate) inertia: Option<At<InertiaTable>>,
     /// Start position of the centre of mass in the contact frame; default: part B's frame at the origin.
     pub(crate) position: Option<Quantities>,
     /// Start attitude in the contact frame as roll, pitch, yaw.
@@ -420,7 +425,7 @@ pub(crate) struct LatchTable {
 pub(crate) struct StartTable {
     /// Distance along the approach axis from part A's origin to part B's; places the chaser by its arm's angles.
     pub(crate) gap: Option<Quantity>,
-    /// Speed of part A towards part B.
+    /// Speed of part A towards part B; 0 where base and target are held.
     pub(crate) closing_speed: Quantity,
     /// Additional velocity of part A relative to part B.
     pub(crate) drift: Option<Quantities>,
@@ -428,9 +433,9 @@ pub(crate) struct StartTable {
     pub(crate) offset: Option<Quantities>,
     /// Rotation vector of the chaser about part A.
     pub(crate) tilt: Option<Quantities>,
-    /// Angular velocity of the chaser.
+    /// Angular velocity of the chaser; only of a free base.
     pub(crate) chaser_rate: Option<Quantities>,
-    /// Angular velocity of the target.
+    /// Angular velocity of the target; only of a free one.
     pub(crate) target_rate: Option<Quantities>,
 }
 
@@ -472,11 +477,11 @@ pub(crate) struct OrbitTable {
     pub(crate) rotation: Option<Quantities>,
 }
 
-/// A constant field.
+/// A constant field on the chaser.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct FieldTable {
-    /// Acceleration of every body, contact frame.
+    /// Acceleration of the chaser, contact frame; on a held base it acts on the links of the arm.
     pub(crate) acceleration: Quantities,
 }
 
