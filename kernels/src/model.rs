@@ -14,7 +14,7 @@ use crate::vector::{Pose, Quat, Sym3, Vec3, vec3};
 use std::sync::Arc;
 
 /// The most arm joints that a scenario may have.
-pub const MAX_JOINTS: usize = 7;
+pub const MAX_JOINTS: usize = 8;
 
 /// Calls a function that is generic in the joint count with the plant's own.
 #[macro_export]
@@ -29,6 +29,7 @@ macro_rules! with_joints {
             5 => $function::<5>($($argument),*),
             6 => $function::<6>($($argument),*),
             7 => $function::<7>($($argument),*),
+            8 => $function::<8>($($argument),*),
             more => unreachable!("the loader refuses {more} joints"),
         }
     };
@@ -45,15 +46,17 @@ pub struct Model {
     pub base_inertia: Sym3<f64>,
     /// Nominal start pose of the base (its centre of mass and body axes).
     pub base_pose: Pose<f64>,
-    /// Links from the base to the end-effector; each turns about its own z axis.
+    /// Links from the base to the end-effector; each turns about its own z axis, or slides along it.
     pub links: Vec<Link>,
+    /// Which joints slide; empty: all turn. Their coordinates are in m, their torques forces in N, and so on.
+    pub slides: Vec<bool>,
     /// Pose of part A in the last link's frame (in the base's body frame if there is no link).
     pub tool: Pose<f64>,
     /// Drives of the joints; none: the controller's torques act on the joints themselves.
     pub drives: Vec<ArmDrive>,
     /// When the arm's brakes close.
     pub brakes: Brakes,
-    /// Start angles of the joints, also the posture that the arm controllers hold \[rad\].
+    /// Start angles of the joints, also the posture that the arm controllers hold \[rad, m\].
     pub start_angles: Vec<f64>,
     /// The target: inertia about its centre of mass, body axes; nominal mass is in `nominal`.
     pub target_inertia: Sym3<f64>,
@@ -83,6 +86,16 @@ pub struct Model {
 }
 
 impl Model {
+    /// Whether a joint, counted from the base, slides along its z axis.
+    pub fn slides(&self, joint: usize) -> bool {
+        self.slides.get(joint).copied().unwrap_or(false)
+    }
+
+    /// Pose of a link in its parent's frame at a joint angle \[rad\], or a travel \[m\].
+    pub fn link_pose(&self, joint: usize, angle: f64) -> Pose<f64> {
+        self.links[joint].origin.compose(joint_motion(self.slides(joint), angle))
+    }
+
     /// Two free bodies of unit inertia on an ideal facility: a point of part A `gap` \[m\] before a plane of part B, along
     /// x. Both parts are at their body's centre of mass; all parameters are null.
     pub fn two_bodies(timing: Timing, gap: f64) -> Self {
@@ -93,6 +106,7 @@ impl Model {
             base_inertia: inertia,
             base_pose: Pose { position: vec3(-gap, 0.0, 0.0), attitude: Quat::identity() },
             links: Vec::new(),
+            slides: Vec::new(),
             tool: Pose::identity(),
             drives: Vec::new(),
             brakes: Brakes::Open,
@@ -119,6 +133,17 @@ impl Model {
             facility: Facility::IDEAL,
             task: Task::OPEN,
             nominal: Params::null(),
+        }
+    }
+}
+
+/// Motion of a joint from its zero: a turn about z by an angle \[rad\], or a travel along z \[m\].
+pub fn joint_motion(slides: bool, place: f64) -> Pose<f64> {
+    match slides {
+        true => Pose { position: vec3(0.0, 0.0, place), attitude: Quat::identity() },
+        false => {
+            let attitude = Quat { w: (0.5 * place).cos(), v: vec3(0.0, 0.0, (0.5 * place).sin()) };
+            Pose { position: Vec3::zero(), attitude }
         }
     }
 }
@@ -162,10 +187,10 @@ impl Timing {
     }
 }
 
-/// One arm link with the revolute joint at its origin; the joint turns about the link's z axis.
+/// One arm link with the joint at its origin; the joint turns about the link's z axis, or slides along it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Link {
-    /// Pose of the link frame in the parent's frame at joint angle 0.
+    /// Pose of the link frame in the parent's frame at joint angle 0, or travel 0.
     pub origin: Pose<f64>,
     /// Mass \[kg\].
     pub mass: f64,

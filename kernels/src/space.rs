@@ -7,10 +7,10 @@
 //! a midpoint rule. Featherstone, Rigid Body Dynamics Algorithms (2008), ch. 7 and 9.
 
 use crate::bundle;
-use crate::chain::Turn;
 use crate::chain::driven::led;
 use crate::chain::dynamics::{Composite, Course, Posture, Reach};
 use crate::chain::inertia::Force;
+use crate::chain::{ChainLink, Turn};
 use crate::manipulator::{ArmDrives, carried_on, driven};
 use crate::math::sin_cos;
 use crate::modes::{MODES, Mode, Sway, hil_modes, recoil, swayed};
@@ -34,8 +34,8 @@ bundle! {
 bundle! {
     /// The arm's joints.
     Arm<N> {
-        angle: [R; N], "rad", "joint angles from the start posture";
-        rate: [R; N], "rad/s", "joint rates";
+        angle: [R; N], "rad", "joint angles from the start posture; metres of a joint that slides";
+        rate: [R; N], "rad/s", "joint rates; metres per second of a joint that slides";
         turn: Vec3<R>, "rad/s", "base rate after the last step; its change with the configuration centres the next turn";
     }
 }
@@ -96,7 +96,7 @@ bundle! {
     Actuation<N> {
         thrust: Vec3<R>, "N", "force on the base at its centre of mass, inertial axes";
         torque: Vec3<R>, "N m", "torque on the base, inertial axes";
-        joint: [R; N], "N m", "joint torques";
+        joint: [R; N], "N m", "joint torques; forces in newtons along joints that slide";
         braked: R, "1", "1 while the arm's brakes are closed";
     }
 }
@@ -107,7 +107,7 @@ bundle! {
     /// Chain axes are the base's as the arm's first joint likes them (see [`crate::chain`]).
     Kinematics<N> {
         parts: Parts<R>, "1", "motion of the two parts";
-        turns: [Turn<R>; N], "1", "turns of the joints";
+        turns: [Turn<R>; N], "1", "turns of the joints; travels of those that slide";
         axes: Mat3<R>, "1", "rotation from the base's chain axes to inertial axes";
         com: Vec3<R>, "m", "the chaser's centre of mass O from the base's own, chain axes";
         mass: R, "kg", "mass of the whole chaser";
@@ -205,6 +205,11 @@ pub fn update_kinematics<R: Real, const N: usize>(
     let mut last = root;
     for i in 0..N {
         let link = &m.chain.links[i];
+        if link.slides {
+            last = link.turned(last, Turn::lit(Turn::of_angle(0.5 * link.start_angle)));
+            k.turns[i] = ChainLink::slid(s.arm.angle[i]);
+            continue;
+        }
         let (sin, cos) = sin_cos((s.arm.angle[i] + R::lit(link.start_angle)) * R::lit(0.5));
         let half = Turn { cos, sin };
         last = link.turned(last, half);

@@ -25,4 +25,5 @@ mod own_scenarios;
 mod pairs;
 mod scenes;
 mod shapes;
+mod sliding;
 mod stability;

@@ -1,24 +1,28 @@
 //! Drives of a scenario's arm in words, with what the URDF states in vain.
 
-use crate::arm::{self, BaseMass};
 use crate::scenario::Scenario;
+use crate::scenario::sliding::of_sliding;
 use crate::units::show;
 use softdock_kernels::manipulator::ArmDrive;
 use softdock_kernels::model::Brakes;
-use softdock_kernels::vector::Pose;
 
-/// Returns a line for the drive of each joint, or a note if the URDF states limits or friction that the arm has not.
+/// Returns a line for each joint that is held, and one for the drive of each that moves, or a note if the URDF states limits or friction that the arm has not.
 pub fn arm_lines(scenario: &Scenario) -> Vec<String> {
     let (drives, brakes) = (&scenario.model.drives, scenario.model.brakes);
+    let held = scenario.held_joints.iter().cloned();
     if drives.is_empty() {
-        return stated_in_vain(scenario).into_iter().collect();
+        return held.chain(stated_in_vain(scenario)).collect();
     }
-    let named = scenario.joints.iter().zip(drives);
-    named.map(|(joint, drive)| format!("joint `{joint}`: {}", drive_text(drive, brakes))).collect()
+    let named = scenario.joints.iter().zip(drives).enumerate();
+    let text = |(i, (joint, drive)): (usize, (&String, &ArmDrive))| {
+        format!("joint `{joint}`: {}", drive_text(drive, brakes, scenario.model.slides(i)))
+    };
+    held.chain(named.map(text)).collect()
 }
 
-fn drive_text(own: &ArmDrive, brakes: Brakes) -> String {
+fn drive_text(own: &ArmDrive, brakes: Brakes, slides: bool) -> String {
     let (drive, friction) = (&own.drive, &own.friction);
+    let show = |value: f64, unit: &'static str| show(value, if slides { of_sliding(unit) } else { unit });
     let mut parts = vec![format!("rotor {} behind the gear", show(drive.reflected_inertia(), "kg m^2"))];
     parts.push(match drive.gear_stiffness.is_finite() {
         true => format!("gear {}", show(drive.gear_stiffness, "N m/rad")),
@@ -47,9 +51,7 @@ fn drive_text(own: &ArmDrive, brakes: Brakes) -> String {
 }
 
 fn stated_in_vain(scenario: &Scenario) -> Option<String> {
-    let arm = arm::read(scenario.urdf()?, Pose::identity(), BaseMass::Refused).ok()?;
-    let states = |own: &&arm::JointRating| **own != arm::JointRating::default();
-    let count = arm.ratings.iter().filter(states).count();
+    let count = scenario.rated_joints;
     let note = format!(
         "note: the URDF states torque, speed or friction of {count} joints; without [arm.drive] the arm has neither limits nor \
          friction"

@@ -6,7 +6,7 @@ use crate::inertia::matrix;
 use crate::placement::link_frames;
 use nalgebra::{DMatrix, Matrix3};
 use softdock_kernels::model::Model;
-use softdock_kernels::vector::{Mat3, Sym3, Vec3, vec3};
+use softdock_kernels::vector::{Mat3, Pose, Sym3, Vec3, vec3};
 
 /// Share of the greatest mobility below which a direction does not move.
 const STIFF: f64 = 1e-9;
@@ -16,8 +16,8 @@ pub(crate) struct Chaser {
     inverse: DMatrix<f64>,
     /// Base's centre of mass, contact frame.
     centre: Vec3<f64>,
-    /// Joint origins and axes, contact frame.
-    joints: Vec<(Vec3<f64>, Vec3<f64>)>,
+    /// Joint origins and axes, contact frame, and whether they slide.
+    joints: Vec<(Vec3<f64>, Vec3<f64>, bool)>,
     /// Origin of part A, contact frame.
     pub(crate) part_a: Vec3<f64>,
     /// Axes of part A, contact frame.
@@ -28,8 +28,9 @@ impl Chaser {
     /// `None` if the mass matrix cannot be inverted.
     pub(crate) fn new(m: &Model, base_mass: f64, base_inertia_scale: f64) -> Option<Self> {
         let frames: Vec<_> =
-            link_frames(&m.links, &m.start_angles).iter().map(|frame| m.base_pose.compose(*frame)).collect();
-        let joints = frames.iter().map(|f| (f.position, f.attitude.rotate(vec3(0.0, 0.0, 1.0)))).collect();
+            link_frames(&m.links, &m.slides, &m.start_angles).iter().map(|frame| m.base_pose.compose(*frame)).collect();
+        let axis = |frame: &Pose<f64>| frame.attitude.rotate(vec3(0.0, 0.0, 1.0));
+        let joints = frames.iter().enumerate().map(|(i, f)| (f.position, axis(f), m.slides(i))).collect();
         let tool = frames.last().copied().unwrap_or(m.base_pose).compose(m.tool);
         let mut chaser = Self {
             inverse: DMatrix::zeros(0, 0),
@@ -76,8 +77,11 @@ impl Chaser {
             column(index, unit, Vec3::zero());
             column(3 + index, unit.cross(point - self.centre), unit);
         }
-        for (index, (origin, axis)) in self.joints.iter().take(moving).enumerate() {
-            column(6 + index, axis.cross(point - *origin), *axis);
+        for (index, (origin, axis, slides)) in self.joints.iter().take(moving).enumerate() {
+            match slides {
+                true => column(6 + index, *axis, Vec3::zero()),
+                false => column(6 + index, axis.cross(point - *origin), *axis),
+            }
         }
         jacobian
     }
@@ -113,7 +117,7 @@ impl Chaser {
         self.end(self.part_a).fixed_view::<3, 3>(3, 3).into_owned()
     }
 
-    /// Acceleration of each joint by each joint torque \[1/(kg m^2)\].
+    /// Acceleration of each joint by each joint torque \[1/(kg m^2)\], or force where they slide \[1/kg\].
     pub(crate) fn at_joints(&self) -> DMatrix<f64> {
         let count = self.joints.len();
         self.inverse.view((6, 6), (count, count)).into_owned()
@@ -158,7 +162,6 @@ mod tests {
     use super::*;
     use crate::scenario::tests::free_body;
     use softdock_kernels::model::Link;
-    use softdock_kernels::vector::Pose;
 
     /// A free body: 1/m_eff = 1/m1 + 1/m2 through the centres of mass, + (r x n)^2 / I beside them.
     #[test]

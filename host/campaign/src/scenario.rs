@@ -9,6 +9,7 @@ mod facility;
 mod held;
 mod impedance;
 mod joint_level;
+pub(crate) mod sliding;
 
 use crate::check::{Checker, take_parameters};
 use crate::identified::{IdentifiedEffect, identified_effects};
@@ -50,6 +51,10 @@ pub struct Scenario {
     pub model: Model,
     /// Names of the arm's joints, from the base outwards.
     pub joints: Vec<String>,
+    /// Lines of `check` about the joints that are held.
+    pub(crate) held_joints: Vec<String>,
+    /// Joints for which the URDF states torque, speed or friction.
+    pub(crate) rated_joints: usize,
     /// Effects that a diagnosis has identified.
     pub identified: Vec<IdentifiedEffect>,
     /// The file.
@@ -139,10 +144,6 @@ impl Scenario {
         (text, beside)
     }
 
-    pub(crate) fn urdf(&self) -> Option<&Source> {
-        self.urdf.as_ref()
-    }
-
     pub(crate) fn source(&self) -> &Source {
         &self.source
     }
@@ -193,6 +194,8 @@ impl Scenario {
             title: file.title.value.clone(),
             model,
             joints: bodies.joints,
+            held_joints: bodies.held_joints,
+            rated_joints: bodies.rated_joints,
             identified: Vec::new(),
             source: c.source.clone(),
             urdf: bodies.urdf,
@@ -272,7 +275,9 @@ fn compile(c: &mut Checker, file: &ScenarioFile, bodies: &Bodies, known: Option<
     let guidance = Guidance {
         thrust: control::thrust(c, &file.guidance),
         // Without its URDF an arm has no joints to control; that problem is noted already.
-        arm: control::arm(c, file.arm.as_ref().filter(|_| bodies.urdf.is_some()), bodies.links.len()),
+        arm: sliding::joint_pd(c, file, bodies).unwrap_or_else(|| {
+            control::arm(c, file.arm.as_ref().filter(|_| bodies.urdf.is_some()), bodies.links.len())
+        }),
     };
     let (orbit_rate, orbit_axes) = match &file.orbit {
         Some(orbit) => {
@@ -287,6 +292,7 @@ fn compile(c: &mut Checker, file: &ScenarioFile, bodies: &Bodies, known: Option<
         base_inertia: bodies.base_inertia,
         base_pose: place_base(c, file, bodies),
         links: bodies.links.clone(),
+        slides: bodies.slides.clone(),
         tool: bodies.tool,
         drives: bodies.drives.clone(),
         brakes: bodies.brakes,
@@ -313,9 +319,9 @@ fn place_base(c: &mut Checker, file: &ScenarioFile, bodies: &Bodies) -> softdock
     match (&file.start.gap, stated) {
         (Some(gap), None) => {
             let gap = c.number(gap, "m", Range::size(LENGTH));
-            base_from_tool(end_frame(&bodies.links, &bodies.angles, bodies.tool), gap)
+            base_from_tool(end_frame(&bodies.links, &bodies.slides, &bodies.angles, bodies.tool), gap)
         }
-        (None, Some(_)) => c.pose(&file.base.position, &file.base.rotation),
+        (None, Some(_)) => c.pose(&file.base.position, &file.base.rotation).compose(bodies.centre),
         (Some(_), Some(stated)) => {
             let message = "the base is placed twice: here and by `start.gap`";
             c.refuse(&stated.span, message, "remove one of them");

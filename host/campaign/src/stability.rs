@@ -372,7 +372,7 @@ fn arm(m: &Model, chaser: &Chaser) -> Vec<Spring> {
                 let (value, joint) = joint_gain(&at_motors(m, chaser), &gains[..count]);
                 let mobility = if gains[joint] > 0.0 { value / gains[joint] } else { 0.0 };
                 let (k, b) = if is_stiffness { (gains[joint], 0.0) } else { (0.0, gains[joint]) };
-                held(format!("controller of joint {}", joint + 1), k, b, mobility, "kg m^2")
+                held(format!("controller of joint {}", joint + 1), k, b, mobility, inertia_unit(m, joint))
             })
             .collect(),
         ArmControl::ComputedTorque { bandwidth, damping_ratio } => {
@@ -393,10 +393,15 @@ fn arm(m: &Model, chaser: &Chaser) -> Vec<Spring> {
             vec![
                 held("translational impedance".to_owned(), stiffness, damping, linear, "kg"),
                 held("rotational impedance".to_owned(), rotation_stiffness, rotation_damping, angular, "kg m^2"),
-                held(format!("damping of joint {}", joint + 1), 0.0, joint_damping, mobility, "kg m^2"),
+                held(format!("damping of joint {}", joint + 1), 0.0, joint_damping, mobility, inertia_unit(m, joint)),
             ]
         }
     }
+}
+
+/// Unit of what a joint's torque, or the force of one that slides, moves.
+fn inertia_unit(m: &Model, joint: usize) -> &'static str {
+    if m.slides(joint) { "kg" } else { "kg m^2" }
 }
 
 /// Mobility of what the controller's torques act on: the joints, or their motors, of which each has its rotor at least.
@@ -415,7 +420,7 @@ fn drives(m: &Model, chaser: &Chaser) -> Vec<Spring> {
     for (i, own) in m.drives.iter().enumerate() {
         let mut add = |what: &str, key: &str, stiffness: f64, damping: f64, mobility: f64| {
             let what = format!("{what} of joint {}", i + 1);
-            let spring = held(what, key, stiffness, damping, mobility, "kg m^2");
+            let spring = held(what, key, stiffness, damping, mobility, inertia_unit(m, i));
             springs.push(Spring { held: false, ..spring });
         };
         let (joint, rotor) = (mobility[(i, i)], 1.0 / own.drive.reflected_inertia());

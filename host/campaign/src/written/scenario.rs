@@ -6,6 +6,7 @@ use super::facility::FacilityTable;
 use super::{At, Quantities, Quantity};
 use schemars::JsonSchema;
 use serde::Deserialize;
+use std::collections::BTreeMap;
 
 /// A contact task and the facility on which it is tested: bodies, arm, parts, rates, controllers, success.
 #[derive(Debug, Deserialize, JsonSchema)]
@@ -103,8 +104,11 @@ pub(crate) struct ArmTable {
     pub(crate) position: Option<Quantities>,
     /// Attitude of the root link as roll, pitch, yaw.
     pub(crate) rotation: Option<Quantities>,
-    /// Start angle of each joint, from the base outwards; also the posture that is held.
+    /// Start angle of each joint on the chain to part A, from the base outwards; also the posture that is held. A length
+    /// for a joint that slides.
     pub(crate) angles: Quantities,
+    /// Joints off that chain by their names, with the angle or length at which they are held; the others are held at 0.
+    pub(crate) held: Option<BTreeMap<String, Quantity>>,
     /// The controller.
     pub(crate) controller: At<ControllerTable>,
     /// Motors, gears, friction, stops and brakes; without this table the controller's torques act on the joints
@@ -112,7 +116,8 @@ pub(crate) struct ArmTable {
     pub(crate) drive: Option<At<ArmDriveTable>>,
 }
 
-/// Drives of an arm's joints: for each key one value for all joints, or a list with one for each.
+/// Drives of an arm's joints: for each key one value for all joints, or a list with one for each. Those of a joint that slides
+/// are in m, N and kg in place of rad, N m and kg m^2.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ArmDriveTable {
@@ -156,9 +161,9 @@ pub(crate) struct ArmDriveTable {
 pub(crate) struct ControllerTable {
     /// "joint_pd", "computed_torque" or "cartesian_impedance".
     pub(crate) law: At<String>,
-    /// joint_pd: stiffness of each joint.
+    /// joint_pd: stiffness of each joint; in N/m of one that slides.
     pub(crate) joint_stiffness: Option<Quantities>,
-    /// joint_pd: damping of each joint.
+    /// joint_pd: damping of each joint; in N s/m of one that slides.
     pub(crate) joint_damping: Option<Quantities>,
     /// computed_torque: bandwidth.
     pub(crate) bandwidth: Option<Quantity>,
@@ -180,7 +185,8 @@ pub(crate) struct ControllerTable {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct PartATable {
-    /// URDF link that carries the part; default the last moving link. Without an arm: the base.
+    /// URDF link that carries the part; default the last link of the only chain. Joints off the chain to it are held. Without
+    /// an arm: the base.
     pub(crate) link: Option<At<String>>,
     /// Origin of part A's frame in that link.
     pub(crate) position: Option<Quantities>,
