@@ -437,7 +437,7 @@ fn advance_on_mount<R: Real, const N: usize>(
         folded.accelerations(&posture, none, none)
     } else {
         let dt = m.timing.substep;
-        let driven = driven(&m.drives, dt, &mut s.drives, &arm.angle, &arm.rate, &u.joint, u.braked);
+        let driven = driven(&m.drives, dt, &s.drives, &arm.angle, &arm.rate, &u.joint, u.braked);
         let folded = posture.folded(&arm.rate, &driven.torque, &driven.armature, tip, mount, None);
         let joint = folded.accelerations(&posture, none, none);
         carried_on(dt, &mut s.drives, &arm.angle, &arm.rate, &driven, &joint);
@@ -455,8 +455,8 @@ pub(crate) fn mount_course<R: Real, const N: usize>(m: &Plant, k: &Kinematics<R,
 /// Rates and angles of the joints after a substep, semi-implicit.
 #[inline(always)]
 fn advance_joints<R: Real, const N: usize>(dt: R, arm: &mut Arm<R, N>, joint: &[R; N]) {
-    for i in 0..N {
-        arm.rate[i] = joint[i].mul_add(dt, arm.rate[i]);
+    for (i, joint) in joint.iter().enumerate() {
+        arm.rate[i] = joint.mul_add(dt, arm.rate[i]);
         arm.angle[i] = arm.rate[i].mul_add(dt, arm.angle[i]);
     }
 }

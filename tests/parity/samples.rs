@@ -136,10 +136,15 @@ fn meshed(model: &mut Model) {
 
 /// Lets a joint slide, with part A where it was.
 fn slide(model: &mut Model, joint: usize) {
-    let part_a = model.base_pose.compose(Plant::new(model.clone()).tool_start);
+    // Not by a plant: its robots reach the start of the parts alone.
+    let tool = |model: &Model| {
+        let links = model.start_angles.iter().enumerate().map(|(i, place)| model.link_pose(i, *place));
+        links.fold(Pose::identity(), |inner, link| inner.compose(link)).compose(model.tool)
+    };
+    let part_a = model.base_pose.compose(tool(model));
     model.slides = (0..model.links.len()).map(|other| other == joint).collect();
     model.start_angles[joint] = 0.05;
-    model.base_pose = part_a.compose(Plant::new(model.clone()).tool_start.inverse());
+    model.base_pose = part_a.compose(tool(model).inverse());
 }
 
 /// An arm with a joint that slides, on a held base in a field.

@@ -4,21 +4,18 @@ use crate::campaign::Campaign;
 use crate::check::Checker;
 use crate::expression::Bounds;
 use crate::overlap::without_robots;
+use crate::scenario::held::without_effect_if_held;
 use softdock_kernels::effects::{EFFECTS, Effect, EffectParameter, EffectSet, Null};
 use softdock_kernels::fields::fields;
 use softdock_kernels::manipulator::cell::Feedforward;
-use softdock_kernels::model::{CompensatorKind, Held, Model};
+use softdock_kernels::model::{CompensatorKind, Model};
 use softdock_kernels::params::Params;
 use std::ops::Range;
 
 /// Why a parameter does nothing, and what to do about it.
-pub(crate) type Reason = (&'static str, &'static str);
+type Reason = (&'static str, &'static str);
 
 const UNUSED: Reason = ("no expression uses this variable", "remove it, or use it in the expr of a [[derived]]");
-const HELD_BASE: Reason = ("the base is held", "remove it, or remove base.held from the scenario");
-const HELD_TARGET: Reason = ("the target is held", "remove it, or remove target.held from the scenario");
-const HELD_BOTH: Reason =
-    ("base and target are held", "remove it, or remove base.held or target.held from the scenario");
 const NO_LATCH: Reason = ("the scenario has no latch", "remove it, or add a table [latch] to the scenario");
 const NO_RAIL: Reason = ("the facility has no rail", "remove it, or add a table [facility.rail] to the scenario");
 const RAIL_STANDS: Reason =
@@ -173,18 +170,6 @@ fn ineffective(name: &str, model: &Model, bounds: &[Bounds]) -> Option<Reason> {
     }
 }
 
-/// Why a parameter changes nothing where bodies are held, if so.
-pub(crate) fn without_effect_if_held(name: &str, held: Held) -> Option<Reason> {
-    let of = |starts: &[&str]| starts.iter().any(|start| name.starts_with(start));
-    let of_target = ["target_", "mass_error", "inertia_error", "slosh_", "appendage_"];
-    match held {
-        Held { base: true, .. } if of(&["base_", "chaser_rate"]) => Some(HELD_BASE),
-        Held { target: true, .. } if of(&of_target) => Some(HELD_TARGET),
-        Held { base: true, target: true } if of(&["closing_speed", "drift"]) => Some(HELD_BOTH),
-        _ => None,
-    }
-}
-
 /// Whether a parameter only shapes effects that no run has.
 fn shapes_nothing(name: &str, effects: EffectSet) -> bool {
     let shapes = |p: &EffectParameter| p.field == name && p.null == Null::Any;
@@ -234,34 +219,5 @@ mod tests {
         assert_eq!(why(FREE_BODY, "contact_stiffness"), None);
         assert_eq!(why(&covered, "contact_friction_error"), None, "the pair has friction");
         assert_eq!(why(FREE_BODY, "contact_friction_error"), Some(NO_FRICTION.0));
-    }
-
-    #[test]
-    fn parameters_of_held_bodies_have_no_effect() {
-        let (base, target) = (Held { base: true, target: false }, Held { base: false, target: true });
-        let both = Held { base: true, target: true };
-        let of_target = [
-            "target_mass",
-            "target_inertia_scale",
-            "target_rate_x",
-            "mass_error",
-            "inertia_error",
-            "target_com_error_y",
-            "slosh_share",
-            "appendage_damping",
-        ];
-        for (name, held) in of_target.map(|name| (name, target)).into_iter().chain([
-            ("base_mass", base),
-            ("base_inertia_scale", base),
-            ("chaser_rate_z", base),
-            ("closing_speed", both),
-            ("drift_x", both),
-        ]) {
-            assert!(softdock_kernels::params::row_of(name).is_some(), "{name}");
-            assert!(without_effect_if_held(name, held).is_some(), "{name}");
-            assert!(without_effect_if_held(name, Held::NONE).is_none(), "{name}");
-        }
-        assert!(without_effect_if_held("closing_speed", base).is_none(), "the target moves towards the base");
-        assert!(without_effect_if_held("offset_x", both).is_none(), "the chaser is placed otherwise");
     }
 }

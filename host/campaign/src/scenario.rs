@@ -6,7 +6,7 @@ mod compensator;
 pub(crate) mod contact;
 mod control;
 mod facility;
-mod held;
+pub(crate) mod held;
 mod impedance;
 mod joint_level;
 pub(crate) mod sliding;

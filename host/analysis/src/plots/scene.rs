@@ -7,7 +7,7 @@ use softdock_kernels::model::{ContactPoint, Shape, Side};
 use softdock_kernels::params::Params;
 use softdock_kernels::plant::{Plant, PointSource, PreparedSolid};
 use softdock_kernels::space::Parts;
-use softdock_kernels::vector::{Pose, Quat, Vec3, vec3};
+use softdock_kernels::vector::{Pose, Vec3, vec3};
 
 use std::collections::BTreeMap;
 
@@ -530,6 +530,7 @@ mod tests {
     use softdock_kernels::contact::mesh::{Ball, Grid};
     use softdock_kernels::lookup::LookupTable;
     use softdock_kernels::model::{Model, Solid};
+    use softdock_kernels::vector::Quat;
     use std::path::Path;
     use std::sync::Arc;
 

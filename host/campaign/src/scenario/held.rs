@@ -1,7 +1,6 @@
 //! Bodies that are held: the keys that have no effect then, and scenarios in which nothing can move.
 
 use crate::check::Checker;
-use crate::no_effect::without_effect_if_held;
 use crate::problem::Problem;
 use crate::written::At;
 use crate::written::scenario::{InertiaTable, ScenarioFile};
@@ -9,6 +8,14 @@ use softdock_kernels::model::Held;
 use softdock_kernels::params::Params;
 use softdock_kernels::vector::Sym3;
 use std::ops::Range as Span;
+
+/// Why a parameter has no effect, and what to do about it.
+type Reason = (&'static str, &'static str);
+
+const HELD_BASE: Reason = ("the base is held", "remove it, or remove base.held from the scenario");
+const HELD_TARGET: Reason = ("the target is held", "remove it, or remove target.held from the scenario");
+const HELD_BOTH: Reason =
+    ("base and target are held", "remove it, or remove base.held or target.held from the scenario");
 
 /// A held body, in messages.
 struct Body {
@@ -107,4 +114,50 @@ fn mass_and_inertia(
     let parameter = format!("{}_mass", body.table);
     let mass = mass.as_ref().map_or(harmless.0, |mass| c.parameter(mass, &parameter));
     (mass, inertia.as_ref().map_or(harmless.1, |inertia| super::bodies::inertia(c, inertia)))
+}
+
+/// Why a parameter changes nothing where bodies are held, if so.
+pub(crate) fn without_effect_if_held(name: &str, held: Held) -> Option<Reason> {
+    let of = |starts: &[&str]| starts.iter().any(|start| name.starts_with(start));
+    let of_target = ["target_", "mass_error", "inertia_error", "slosh_", "appendage_"];
+    match held {
+        Held { base: true, .. } if of(&["base_", "chaser_rate"]) => Some(HELD_BASE),
+        Held { target: true, .. } if of(&of_target) => Some(HELD_TARGET),
+        Held { base: true, target: true } if of(&["closing_speed", "drift"]) => Some(HELD_BOTH),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parameters_of_held_bodies_have_no_effect() {
+        let (base, target) = (Held { base: true, target: false }, Held { base: false, target: true });
+        let both = Held { base: true, target: true };
+        let of_target = [
+            "target_mass",
+            "target_inertia_scale",
+            "target_rate_x",
+            "mass_error",
+            "inertia_error",
+            "target_com_error_y",
+            "slosh_share",
+            "appendage_damping",
+        ];
+        for (name, held) in of_target.map(|name| (name, target)).into_iter().chain([
+            ("base_mass", base),
+            ("base_inertia_scale", base),
+            ("chaser_rate_z", base),
+            ("closing_speed", both),
+            ("drift_x", both),
+        ]) {
+            assert!(softdock_kernels::params::row_of(name).is_some(), "{name}");
+            assert!(without_effect_if_held(name, held).is_some(), "{name}");
+            assert!(without_effect_if_held(name, Held::NONE).is_none(), "{name}");
+        }
+        assert!(without_effect_if_held("closing_speed", base).is_none(), "the target moves towards the base");
+        assert!(without_effect_if_held("offset_x", both).is_none(), "the chaser is placed otherwise");
+    }
 }

@@ -397,8 +397,8 @@ fn a_joint_that_slides_has_lengths_and_forces_and_joints_off_the_chain_are_held(
     assert_eq!(
         lines[..2],
         [
-            "joint `dish`: held at -0.523599 rad, 2 kg on link `m`".to_owned(),
             "joint `flap`: held at 0.2 rad, 100 kg on link `root`".to_owned(),
+            "joint `dish`: held at -0.523599 rad, 2 kg on link `m`".to_owned(),
         ]
     );
 
