@@ -209,10 +209,10 @@ fn drawn(stream: u32) -> impl FnMut() -> f64 {
     }
 }
 
-/// An arm of seven links that look nowhere in particular; every second pair of axes is parallel in the first case.
+/// An arm of eight links that look nowhere in particular; every second pair of axes is parallel in the first case.
 fn crooked(draw: &mut impl FnMut() -> f64, parallel: bool) -> Model {
     let mut model = two_bodies(1e-3, 1.0, 0.0);
-    model.links = (0..7)
+    model.links = (0..8)
         .map(|i| {
             let axis = vec3(draw(), draw(), draw());
             let attitude = if parallel && i % 2 == 0 { axis * 0.0 } else { axis * 2.0 };
@@ -225,7 +225,7 @@ fn crooked(draw: &mut impl FnMut() -> f64, parallel: bool) -> Model {
             }
         })
         .collect();
-    model.start_angles = (0..7).map(|_| 2.0 * draw()).collect();
+    model.start_angles = (0..8).map(|_| 2.0 * draw()).collect();
     model.tool = Pose { attitude: Quat::from_rotation_vector(vec3(draw(), draw(), draw())), ..at(0.2, -0.1, 0.3) };
     model.base_inertia = Sym3 { xy: 4.0, xz: -3.0, yz: 2.0, ..inertia(60.0, 50.0, 70.0) };
     model
@@ -250,21 +250,21 @@ fn free_floating_arm_accelerates_as_the_dense_mass_matrix() {
         let mut model = crooked(&mut draw, case % 3 == 0);
         // In the first twelve cases all joints turn, then some slide, with and without drives.
         if case >= 12 {
-            model.slides = (0..7).map(|i| (case >> (i % 5)) & 1 == 1).collect();
+            model.slides = (0..8).map(|i| (case >> (i % 5)) & 1 == 1).collect();
         }
         if case >= 24 {
             let drive = Drive { rotor_inertia: 1.5, ..Drive::ideal() };
-            model.drives = vec![ArmDrive { drive, ..free_drive() }; 7];
+            model.drives = vec![ArmDrive { drive, ..free_drive() }; 8];
         }
         let m = Plant::new(model);
         let params = Params { base_mass: 120.0, base_inertia_scale: 1.1, ..Params::null() };
         let masses = space_masses(&params);
-        let mut s: Bodies<f64, 7> = softdock_kernels::start::start(&m, &params, &masses);
+        let mut s: Bodies<f64, 8> = softdock_kernels::start::start(&m, &params, &masses);
         s.chaser.attitude = Quat::from_rotation_vector(vec3(draw(), draw(), draw()) * 2.0);
         (s.chaser.momentum, s.chaser.spin) = (vec3(draw(), draw(), draw()) * 20.0, vec3(draw(), draw(), draw()) * 30.0);
         s.arm.angle = std::array::from_fn(|_| 3.0 * draw());
         s.arm.rate = std::array::from_fn(|_| draw());
-        let mut u: Actuation<f64, 7> = from_slice(&(0..14).map(|_| 20.0 * draw()).collect::<Vec<_>>());
+        let mut u: Actuation<f64, 8> = from_slice(&(0..15).map(|_| 20.0 * draw()).collect::<Vec<_>>());
         u.braked = 0.0;
         let w: Wrench<f64> = from_slice(&(0..6).map(|_| 50.0 * draw()).collect::<Vec<_>>());
 
@@ -279,7 +279,7 @@ fn free_floating_arm_accelerates_as_the_dense_mass_matrix() {
 
         s.drives.motor_rate = s.arm.rate;
         let next = advance(&m, &masses, &s, &k, &u, w);
-        let found: Vec<f64> = (0..7).map(|i| (next.arm.rate[i] - s.arm.rate[i]) / m.timing.substep).collect();
+        let found: Vec<f64> = (0..8).map(|i| (next.arm.rate[i] - s.arm.rate[i]) / m.timing.substep).collect();
         let exact: Vec<f64> = match m.drives.is_empty() {
             true => dense.accelerations(&u, w).iter().skip(6).copied().collect(),
             // A rotor behind a rigid gear resists its joint alone.

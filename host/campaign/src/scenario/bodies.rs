@@ -116,16 +116,16 @@ fn read_arm(c: &mut Checker, table: &ArmTable, file: &ScenarioFile, part_a: Pose
     }
     check_held(c, table, &arm);
     merge_into_base(&mut arm, bodies);
-    bodies.angles = angles(c, table, &arm);
-    if let Some(drive) = &table.drive {
-        (bodies.drives, bodies.brakes) = arm_drive::read(c, &drive.value, &arm, &bodies.angles);
-    }
     match arm.frame(link.map(|link| link.value.as_str())) {
         Ok(frame) => bodies.tool = frame.compose(part_a),
         Err(message) => {
             let span = link.map_or(table.urdf.span.clone(), |link| link.span.clone());
-            c.refuse(&span, message, "name a link that a joint moves, or one that is fixed to such a link");
+            return c.refuse(&span, message, "name a link that a joint moves, or one that is fixed to such a link");
         }
+    }
+    bodies.angles = angles(c, table, &arm);
+    if let Some(drive) = &table.drive {
+        (bodies.drives, bodies.brakes) = arm_drive::read(c, &drive.value, &arm, &bodies.angles);
     }
     let is_rated = |own: &&arm::JointRating| **own != arm::JointRating::default();
     bodies.rated_joints = arm.ratings.iter().filter(is_rated).count();
@@ -201,6 +201,19 @@ fn merge_into_base(arm: &mut Arm, bodies: &mut Bodies) {
 
 /// Start angles and travels, one per joint and inside the joint's limits.
 fn angles(c: &mut Checker, table: &ArmTable, arm: &Arm) -> Vec<f64> {
+    let count = table.angles.value.len();
+    if count != arm.joints.len() && !arm.held.is_empty() {
+        let listed = |names: Vec<&String>| names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
+        let (moving, held) = (listed(arm.joints.iter().collect()), arm.held.iter().map(|joint| &joint.name).collect());
+        let joints = arm.joints.len();
+        let message = format!(
+            "{count} values, and the chain to part A has {joints} joint{}: {moving}",
+            if joints == 1 { "" } else { "s" }
+        );
+        let remedy = format!("write {joints} values in brackets; joints off the chain are held: {}", listed(held));
+        c.refuse(&table.angles.span, message, remedy);
+        return vec![0.0; joints];
+    }
     let written = c.list_of(&table.angles, &units(&arm.slides, "rad"), Range::size(ANGLE));
     for (index, angle) in written.iter().enumerate() {
         let (lower, upper) = arm.limits[index];
