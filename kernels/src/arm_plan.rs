@@ -3,7 +3,7 @@
 use crate::vector::Pose;
 
 /// The most arm joints that a scenario may have.
-pub const MAX_JOINTS: usize = 7;
+pub const MAX_JOINTS: usize = 8;
 
 /// The arm's joint controller, about a posture or pose that it holds or that a phase's move leads.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -9,7 +9,7 @@ use crate::model::{ArmControl, Brakes, Thrust};
 use crate::params::Params;
 use crate::plant::Plant;
 use crate::real::Real;
-use crate::space::{Actuation, Arm, Kinematics, Masses, Parts, Wrench, on_last_link, posture};
+use crate::space::{Actuation, Arm, Kinematics, Masses, Parts, Wrench, mount_course, on_last_link, posture};
 use crate::vector::{Quat, Vec3, vec3};
 
 /// Thrust and joint torques for the coming tick; `touched` is 1 after the first touch, when thrust ends.
@@ -237,7 +237,7 @@ fn approach<R: Real>(m: &Plant, closing_speed: R, parts: &Parts<R>, touched: R) 
     (b.attitude.rotate(force.clamp(R::lit(max_force))) * on, torque.clamp(R::lit(max_torque)) * on)
 }
 
-/// Joint torques that give the wanted joint accelerations while the base floats freely.
+/// Joint torques that give the wanted joint accelerations while the base floats freely, or is held.
 ///
 /// About the system's centre of mass the base's reaction splits into rotation and translation.
 #[inline(always)]
@@ -251,6 +251,11 @@ fn inverse_dynamics<R: Real, const N: usize>(
     wanted: [R; N],
 ) -> [R; N] {
     let posture = posture(m, masses, &k.turns);
+    if m.held.base {
+        let mut forces = [Force::zero(); N];
+        posture.link_forces(mount_course(m, k), &rate, &wanted, &mut forces);
+        return posture.passed(&forces, Force::zero()).0;
+    }
     let none = Vec3::zero();
     let held = Course { rate: k.rate, turning: none, acceleration: none };
     let mut forces = [Force::zero(); N];

@@ -28,6 +28,7 @@ macro_rules! with_joints {
             5 => $function::<5>($($argument),*),
             6 => $function::<6>($($argument),*),
             7 => $function::<7>($($argument),*),
+            8 => $function::<8>($($argument),*),
             more => unreachable!("the loader refuses {more} joints"),
         }
     };
@@ -44,15 +45,17 @@ pub struct Model {
     pub base_inertia: Sym3<f64>,
     /// Nominal start pose of the base (its centre of mass and body axes).
     pub base_pose: Pose<f64>,
-    /// Links from the base to the end-effector; each turns about its own z axis.
+    /// Links from the base to the end-effector; each turns about its own z axis, or slides along it.
     pub links: Vec<Link>,
+    /// Which joints slide; empty: all turn. Their coordinates are in m, their torques forces in N, and so on.
+    pub slides: Vec<bool>,
     /// Pose of part A in the last link's frame (in the base's body frame if there is no link).
     pub tool: Pose<f64>,
     /// Drives of the joints; none: the controller's torques act on the joints themselves.
     pub drives: Vec<ArmDrive>,
     /// When the arm's brakes close.
     pub brakes: Brakes,
-    /// Start angles of the joints, also the posture that the arm controllers hold \[rad\].
+    /// Start angles of the joints, also the posture that the arm controllers hold \[rad, m\].
     pub start_angles: Vec<f64>,
     /// The target: inertia about its centre of mass, body axes; nominal mass is in `nominal`.
     pub target_inertia: Sym3<f64>,
@@ -60,6 +63,8 @@ pub struct Model {
     pub target_pose: Pose<f64>,
     /// Pose of part B in the target's body frame.
     pub seat: Pose<f64>,
+    /// Which bodies stand still in the contact frame.
+    pub held: Held,
     /// The contact pair.
     pub contact: Contact,
     /// What the chaser does.
@@ -80,6 +85,16 @@ pub struct Model {
 }
 
 impl Model {
+    /// Whether a joint, counted from the base, slides along its z axis.
+    pub fn slides(&self, joint: usize) -> bool {
+        self.slides.get(joint).copied().unwrap_or(false)
+    }
+
+    /// Pose of a link in its parent's frame at a joint angle \[rad\], or a travel \[m\].
+    pub fn link_pose(&self, joint: usize, angle: f64) -> Pose<f64> {
+        self.links[joint].origin.compose(joint_motion(self.slides(joint), angle))
+    }
+
     /// Two free bodies of unit inertia on an ideal facility: a point of part A `gap` \[m\] before a plane of part B, along
     /// x. Both parts are at their body's centre of mass; all parameters are null.
     pub fn two_bodies(timing: Timing, gap: f64) -> Self {
@@ -90,6 +105,7 @@ impl Model {
             base_inertia: inertia,
             base_pose: Pose { position: vec3(-gap, 0.0, 0.0), attitude: Quat::identity() },
             links: Vec::new(),
+            slides: Vec::new(),
             tool: Pose::identity(),
             drives: Vec::new(),
             brakes: Brakes::Open,
@@ -97,6 +113,7 @@ impl Model {
             target_inertia: inertia,
             target_pose: Pose::identity(),
             seat: Pose::identity(),
+            held: Held::NONE,
             contact: Contact {
                 a: PartShape { points: vec![ContactPoint { position: Vec3::zero(), radius: 0.0 }], solids: Vec::new() },
                 b: PartShape {
@@ -120,6 +137,17 @@ impl Model {
             facility: Facility::IDEAL,
             task: Task::OPEN,
             nominal: Params::null(),
+        }
+    }
+}
+
+/// Motion of a joint from its zero: a turn about z by an angle \[rad\], or a travel along z \[m\].
+pub fn joint_motion(slides: bool, place: f64) -> Pose<f64> {
+    match slides {
+        true => Pose { position: vec3(0.0, 0.0, place), attitude: Quat::identity() },
+        false => {
+            let attitude = Quat { w: (0.5 * place).cos(), v: vec3(0.0, 0.0, (0.5 * place).sin()) };
+            Pose { position: Vec3::zero(), attitude }
         }
     }
 }
@@ -163,10 +191,10 @@ impl Timing {
     }
 }
 
-/// One arm link with the revolute joint at its origin; the joint turns about the link's z axis.
+/// One arm link with the joint at its origin; the joint turns about the link's z axis, or slides along it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Link {
-    /// Pose of the link frame in the parent's frame at joint angle 0.
+    /// Pose of the link frame in the parent's frame at joint angle 0, or travel 0.
     pub origin: Pose<f64>,
     /// Mass \[kg\].
     pub mass: f64,
@@ -174,6 +202,22 @@ pub struct Link {
     pub com: Vec3<f64>,
     /// Inertia about the centre of mass, link axes \[kg m^2\].
     pub inertia: Sym3<f64>,
+}
+
+/// The bodies that stand on a mount which does not move, whatever pushes them.
+///
+/// A held body has neither mass nor momentum: its mount takes every wrench. The links of an arm on a held base move.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Held {
+    /// The chaser's base; with it all that the arm does not move.
+    pub base: bool,
+    /// The target.
+    pub target: bool,
+}
+
+impl Held {
+    /// Both bodies float freely.
+    pub const NONE: Self = Self { base: false, target: false };
 }
 
 /// When the brakes of an arm are closed; its motors are off then.

@@ -12,7 +12,7 @@ use crate::model::{Contact, ContactPoint, JointLevel, MaterialPair, Members, Mod
 use crate::robot::{command, robots_at};
 use crate::session::{SessionRobot, Workspace};
 use crate::space::{Motion, Parts};
-use crate::vector::{Mat3, Pose, Quat, Sym3, Vec3, vec3};
+use crate::vector::{Mat3, Pose, Sym3, Vec3};
 use std::collections::BTreeSet;
 use std::ops::Deref;
 
@@ -129,10 +129,8 @@ impl PartialEq for Plant {
 impl Plant {
     /// Prepares a model.
     pub fn new(model: Model) -> Self {
-        let turn = |angle: f64| Quat { w: (0.5 * angle).cos(), v: vec3(0.0, 0.0, (0.5 * angle).sin()) };
-        let link_attitudes: Vec<_> =
-            model.links.iter().zip(&model.start_angles).map(|(l, a)| l.origin.attitude.compose(turn(*a))).collect();
-        let tool_start = tool_start(&model, &link_attitudes);
+        let started: Vec<_> = model.start_angles.iter().enumerate().map(|(i, a)| model.link_pose(i, *a)).collect();
+        let tool_start = started.iter().fold(Pose::identity(), |pose, link| pose.compose(*link)).compose(model.tool);
         let mut words = 0;
         let solids = Side::BOTH.map(|side| {
             let solids = model.contact.part(side).solids.iter().enumerate();
@@ -141,7 +139,8 @@ impl Plant {
         let (mut pairs, contacts) = contacts(&model, &solids);
         let shells = shells(&model, &solids, &mut pairs, &mut words);
         let pairs = pairs.into_iter().map(|(_, pair)| pair).collect();
-        let chain = Chain::new(&model.links, &link_attitudes, model.tool, model.base_inertia);
+        let mut chain = Chain::new(&model.links, &started, model.tool, model.base_inertia);
+        chain.links.iter_mut().enumerate().for_each(|(i, link)| link.slides = model.slides(i));
         let target_inverse_inertia = model.target_inertia.inverse();
         let start = start(&model, tool_start);
         let mut plant = Self {
@@ -425,15 +424,6 @@ fn start(model: &Model, tool_start: Pose<f64>) -> Parts<f64> {
     let a = at(model.base_pose.compose(tool_start));
     let b = at(model.target_pose.compose(model.seat));
     command(model, &Parts { a, b })
-}
-
-/// Forward kinematics of the start posture.
-fn tool_start(model: &Model, link_attitudes: &[Quat<f64>]) -> Pose<f64> {
-    let base = Pose::identity();
-    let last = model.links.iter().zip(link_attitudes).fold(base, |pose, (link, attitude)| {
-        pose.compose(Pose { position: link.origin.position, attitude: *attitude })
-    });
-    last.compose(model.tool)
 }
 
 impl PreparedSolid {

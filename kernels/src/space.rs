@@ -7,9 +7,10 @@
 //! a midpoint rule. Featherstone, Rigid Body Dynamics Algorithms (2008), ch. 7 and 9.
 
 use crate::bundle;
-use crate::chain::Turn;
-use crate::chain::dynamics::{Composite, Posture, Reach};
+use crate::chain::driven::led;
+use crate::chain::dynamics::{Composite, Course, Posture, Reach};
 use crate::chain::inertia::Force;
+use crate::chain::{ChainLink, Turn};
 use crate::manipulator::{ArmDrives, carried_on, driven};
 use crate::math::sin_cos;
 use crate::modes::{MODES, Mode, Sway, hil_modes, recoil, swayed};
@@ -17,7 +18,7 @@ use crate::params::Params;
 use crate::plant::Plant;
 use crate::real::Real;
 use crate::vector::{Mat3, Quat, Sym3, Vec3, vec3};
-use std::ops::{Add, Sub};
+use std::ops::{Add, Neg, Sub};
 
 bundle! {
     /// A free body, or a whole free-floating chain seen from outside; inertial axes.
@@ -33,8 +34,8 @@ bundle! {
 bundle! {
     /// The arm's joints.
     Arm<N> {
-        angle: [R; N], "rad", "joint angles from the start posture";
-        rate: [R; N], "rad/s", "joint rates";
+        angle: [R; N], "rad", "joint angles from the start posture; metres of a joint that slides";
+        rate: [R; N], "rad/s", "joint rates; metres per second of a joint that slides";
         turn: Vec3<R>, "rad/s", "base rate after the last step; its change with the configuration centres the next turn";
     }
 }
@@ -95,7 +96,7 @@ bundle! {
     Actuation<N> {
         thrust: Vec3<R>, "N", "force on the base at its centre of mass, inertial axes";
         torque: Vec3<R>, "N m", "torque on the base, inertial axes";
-        joint: [R; N], "N m", "joint torques";
+        joint: [R; N], "N m", "joint torques; forces in newtons along joints that slide";
         braked: R, "1", "1 while the arm's brakes are closed";
     }
 }
@@ -106,7 +107,7 @@ bundle! {
     /// Chain axes are the base's as the arm's first joint likes them (see [`crate::chain`]).
     Kinematics<N> {
         parts: Parts<R>, "1", "motion of the two parts";
-        turns: [Turn<R>; N], "1", "turns of the joints";
+        turns: [Turn<R>; N], "1", "turns of the joints; travels of those that slide";
         axes: Mat3<R>, "1", "rotation from the base's chain axes to inertial axes";
         com: Vec3<R>, "m", "the chaser's centre of mass O from the base's own, chain axes";
         mass: R, "kg", "mass of the whole chaser";
@@ -136,6 +137,14 @@ impl<R: Real> Add for Wrench<R> {
     #[inline(always)]
     fn add(self, o: Self) -> Self {
         Self { force: self.force + o.force, moment: self.moment + o.moment }
+    }
+}
+
+impl<R: Real> Neg for Wrench<R> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Self { force: -self.force, moment: -self.moment }
     }
 }
 
@@ -174,6 +183,8 @@ pub fn hil_masses<R: Real>(p: &Params<R>) -> Masses<R> {
 }
 
 /// Positions, inertias and momenta of the chain, and the twists that the momenta imply.
+///
+/// A held base stands still at `chaser.com`, its own centre of mass: the chaser has neither momentum nor inertia there.
 #[inline(always)]
 pub fn kinematics<R: Real, const N: usize>(m: &Plant, masses: &Masses<R>, s: &Bodies<R, N>) -> Kinematics<R, N> {
     let mut k = crate::fields::filled(R::lit(0.0));
@@ -194,12 +205,34 @@ pub fn update_kinematics<R: Real, const N: usize>(
     let mut last = root;
     for i in 0..N {
         let link = &m.chain.links[i];
+        if link.slides {
+            last = link.turned(last, Turn::lit(Turn::of_angle(0.5 * link.start_angle)));
+            k.turns[i] = ChainLink::slid(s.arm.angle[i]);
+            continue;
+        }
         let (sin, cos) = sin_cos((s.arm.angle[i] + R::lit(link.start_angle)) * R::lit(0.5));
         let half = Turn { cos, sin };
         last = link.turned(last, half);
         k.turns[i] = half.doubled();
     }
 
+    let attitude = last.compose(Quat::lit(m.chain.tool.attitude));
+    k.parts.a =
+        if m.held.base { on_held_base(m, masses, s, k, attitude) } else { on_free_base(m, masses, s, k, attitude) };
+    k.target_axes = s.target.attitude.matrix();
+    k.parts.b = seat_motion(m, masses, s, k.target_axes);
+}
+
+/// Motion of part A, whose attitude is given, as the momenta and the joint rates imply it; mass, inertia and rate of the
+/// chaser go into `k`.
+#[inline(always)]
+fn on_free_base<R: Real, const N: usize>(
+    m: &Plant,
+    masses: &Masses<R>,
+    s: &Bodies<R, N>,
+    k: &mut Kinematics<R, N>,
+    attitude: Quat<R>,
+) -> Motion<R> {
     k.mass = masses.base_mass + R::lit(m.chain.mass);
     let posture = posture(m, masses, &k.turns);
     let Composite { body, momentum } = posture.composite(&s.arm.rate);
@@ -214,14 +247,33 @@ pub fn update_kinematics<R: Real, const N: usize>(
     k.reach = posture.reach(&s.arm.rate);
     let lever = k.reach.position - k.com;
     let slide = k.reach.velocity - momentum.force * inverse_mass;
-    k.parts.a = Motion {
+    Motion {
         position: s.chaser.com + (s.chaser.com_step + k.axes.times(lever)),
-        attitude: last.compose(Quat::lit(m.chain.tool.attitude)),
+        attitude,
         velocity: s.chaser.momentum.scale_add(inverse_mass, k.axes.times(k.rate.cross(lever) + slide)),
         omega: k.axes.times(k.rate + k.reach.omega),
-    };
-    k.target_axes = s.target.attitude.matrix();
-    k.parts.b = seat_motion(m, masses, s, k.target_axes);
+    }
+}
+
+/// The same on a base that stands still: `k` has no inertia, no rate, and its centre of mass in the base's own.
+#[inline(always)]
+fn on_held_base<R: Real, const N: usize>(
+    m: &Plant,
+    masses: &Masses<R>,
+    s: &Bodies<R, N>,
+    k: &mut Kinematics<R, N>,
+    attitude: Quat<R>,
+) -> Motion<R> {
+    let none = Vec3::zero();
+    (k.mass, k.com, k.rate) = (masses.base_mass + R::lit(m.chain.mass), none, none);
+    k.inverse_inertia = Sym3::splat(R::lit(0.0));
+    k.reach = posture(m, masses, &k.turns).reach(&s.arm.rate);
+    Motion {
+        position: s.chaser.com + k.axes.times(k.reach.position),
+        attitude,
+        velocity: k.axes.times(k.reach.velocity),
+        omega: k.axes.times(k.reach.omega),
+    }
 }
 
 /// The chaser's configuration for the chain's dynamics.
@@ -248,11 +300,15 @@ pub(crate) fn seat_lever<R: Real>(m: &Plant, masses: &Masses<R>) -> Vec3<R> {
     Vec3::lit(m.seat.position) - masses.target_com
 }
 
-/// Motion of part B: the target's twist at its seat.
+/// Motion of part B: the target's twist at its seat; a held target stands still, and nothing sways in it.
 #[inline(always)]
 fn seat_motion<R: Real, const N: usize>(m: &Plant, masses: &Masses<R>, s: &Bodies<R, N>, axes: Mat3<R>) -> Motion<R> {
     let target = &s.target;
     let lever = axes.times(seat_lever(m, masses));
+    if m.held.target {
+        let attitude = target.attitude.compose(Quat::lit(m.seat.attitude));
+        return Motion { position: target.com + lever, attitude, velocity: Vec3::zero(), omega: Vec3::zero() };
+    }
     let (shift, velocity) = recoil(m.effects, &masses.modes, &s.sway);
     let omega = target_rate(m, masses, axes, target.spin);
     Motion {
@@ -298,6 +354,44 @@ pub fn advance_in_place<R: Real, const N: usize>(
     w: Wrench<R>,
 ) {
     let dt = R::lit(m.timing.substep);
+    let target_centre = s.target.com + s.target.com_step;
+    let on_chaser = if m.held.base {
+        advance_on_mount(m, masses, s, k, u, w);
+        -on_origin(&k.parts.a, w)
+    } else {
+        advance_chaser(m, masses, s, k, u, w)
+    };
+    let on_target = if m.held.target {
+        on_origin(&k.parts.a, w)
+    } else {
+        let push = advance_target(m, masses, &mut s.target, k, w);
+        let pushed = w.force * -(R::lit(1.0) / masses.target_mass);
+        s.sway = swayed(m.effects, dt, &masses.modes, &s.sway, pushed);
+        Wrench { force: push, moment: target_centre.cross(push) }
+    };
+    let external = on_chaser + on_target;
+    s.impulse = external.force.scale_add(dt, s.impulse);
+    s.moment_impulse = external.moment.scale_add(dt, s.moment_impulse);
+}
+
+/// A wrench on part A at A's origin as force and moment about the contact frame's origin, inertial axes: what the mount of
+/// a held target gives the account of momentum, and its negative what that of a held base gives.
+#[inline(always)]
+fn on_origin<R: Real>(a: &Motion<R>, w: Wrench<R>) -> Wrench<R> {
+    Wrench { force: w.force, moment: w.moment + a.position.cross(w.force) }
+}
+
+/// One substep of the free chaser; gives the external force on it and its moment about the contact frame's origin.
+#[inline(always)]
+fn advance_chaser<R: Real, const N: usize>(
+    m: &Plant,
+    masses: &Masses<R>,
+    s: &mut Bodies<R, N>,
+    k: &Kinematics<R, N>,
+    u: &Actuation<R, N>,
+    w: Wrench<R>,
+) -> Wrench<R> {
+    let dt = R::lit(m.timing.substep);
     let inverse_mass = R::lit(1.0) / k.mass;
     let chaser = &mut s.chaser;
     let centre = chaser.com + chaser.com_step;
@@ -312,23 +406,59 @@ pub fn advance_in_place<R: Real, const N: usize>(
 
     let (joint, gain) = accelerations(m, masses, &s.arm, &mut s.drives, k, u, w, turning);
     let arm = &mut s.arm;
-    for (i, joint) in joint.into_iter().enumerate() {
-        arm.rate[i] = joint.mul_add(dt, arm.rate[i]);
-        arm.angle[i] = arm.rate[i].mul_add(dt, arm.angle[i]);
-    }
+    advance_joints(dt, arm, &joint);
     // The rate that the new momentum and joint rates would mean at this configuration.
     let omega = k.axes.times(gain.scale_add(dt, k.rate));
     // What the last step's rate became by the change of configuration alone, half of it again: a midpoint.
     let centred = (k.axes.times(k.rate) - arm.turn).scale_add(R::lit(0.5), omega);
     chaser.attitude = chaser.attitude.turned(centred * dt);
     arm.turn = omega;
+    Wrench { force: push, moment: moment + centre.cross(push) }
+}
 
-    let target_centre = s.target.com + s.target.com_step;
-    let target_push = advance_target(m, masses, &mut s.target, k, w);
-    let pushed = w.force * -(R::lit(1.0) / masses.target_mass);
-    s.sway = swayed(m.effects, dt, &masses.modes, &s.sway, pushed);
-    s.impulse = (push + target_push).scale_add(dt, s.impulse);
-    s.moment_impulse = (moment + centre.cross(push) + target_centre.cross(target_push)).scale_add(dt, s.moment_impulse);
+/// One substep of the arm on a held base; the field acts on its links.
+#[inline(always)]
+fn advance_on_mount<R: Real, const N: usize>(
+    m: &Plant,
+    masses: &Masses<R>,
+    s: &mut Bodies<R, N>,
+    k: &Kinematics<R, N>,
+    u: &Actuation<R, N>,
+    w: Wrench<R>,
+) {
+    if N == 0 {
+        return;
+    }
+    let (dt, none) = (R::lit(m.timing.substep), Vec3::zero());
+    let (posture, tip, mount) = (posture(m, masses, &k.turns), on_last_link(m, &k.parts.a, w), mount_course(m, k));
+    let arm = &mut s.arm;
+    let joint = if m.drives.is_empty() {
+        let folded = posture.folded(&arm.rate, &u.joint, &[R::lit(0.0); N], tip, mount, None);
+        folded.accelerations(&posture, none, none)
+    } else {
+        let dt = m.timing.substep;
+        let driven = driven(&m.drives, dt, &s.drives, &arm.angle, &arm.rate, &u.joint, u.braked);
+        let folded = posture.folded(&arm.rate, &driven.torque, &driven.armature, tip, mount, None);
+        let joint = folded.accelerations(&posture, none, none);
+        carried_on(dt, &mut s.drives, &arm.angle, &arm.rate, &driven, &joint);
+        joint
+    };
+    advance_joints(dt, arm, &joint);
+}
+
+/// How a held base moves for the chain's dynamics: not at all, its acceleration less the field's.
+#[inline(always)]
+pub(crate) fn mount_course<R: Real, const N: usize>(m: &Plant, k: &Kinematics<R, N>) -> Course<R> {
+    led(-k.axes.transposed_times(Vec3::lit(m.field)))
+}
+
+/// Rates and angles of the joints after a substep, semi-implicit.
+#[inline(always)]
+fn advance_joints<R: Real, const N: usize>(dt: R, arm: &mut Arm<R, N>, joint: &[R; N]) {
+    for (i, joint) in joint.iter().enumerate() {
+        arm.rate[i] = joint.mul_add(dt, arm.rate[i]);
+        arm.angle[i] = arm.rate[i].mul_add(dt, arm.angle[i]);
+    }
 }
 
 /// Joint accelerations under actuation and a wrench on part A, and what the base's rate gains per second if the

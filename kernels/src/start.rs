@@ -8,6 +8,8 @@ use crate::vector::{Mat3, Quat, Sym3, Vec3, vec3};
 
 /// The bodies at the start: the chaser displaced by `offset` and turned by `tilt` about part A's origin, part A
 /// moving at `closing_speed` and `drift` relative to part B, the target turning about its centre of mass.
+///
+/// A free chaser moves towards a target that turns in place; before a held base the target moves towards part A.
 #[inline(always)]
 pub fn start<R: Real, const N: usize>(m: &Plant, p: &Params<R>, masses: &Masses<R>) -> Bodies<R, N> {
     let zero = R::lit(0.0);
@@ -28,16 +30,27 @@ pub fn start<R: Real, const N: usize>(m: &Plant, p: &Params<R>, masses: &Masses<
     let turned = kinematics(m, masses, &s);
     s.chaser.com = tool + p.offset - turned.parts.a.position;
 
-    s.chaser.spin = spin(turned.axes, turned.inverse_inertia.inverse(), p.chaser_rate);
-    let target_inertia = Sym3::<R>::lit(m.target_inertia).map(|e| e * masses.target_inertia_scale);
-    s.target.spin = spin(turned.target_axes, target_inertia, p.target_rate);
+    let target_rate = if m.held.target { Vec3::zero() } else { p.target_rate };
     let seat_lever = s.target.attitude.rotate(seat_lever(m, masses));
-    let tool_velocity = p.target_rate.cross(seat_lever) + vec3(p.closing_speed, zero, zero) + p.drift;
-    s.chaser.momentum = (tool_velocity - p.chaser_rate.cross(turned.parts.a.position)) * turned.mass;
-    s.arm.turn = p.chaser_rate;
+    if !m.held.target {
+        let target_inertia = Sym3::<R>::lit(m.target_inertia).map(|e| e * masses.target_inertia_scale);
+        s.target.spin = spin(turned.target_axes, target_inertia, target_rate);
+    }
+    let closing = vec3(p.closing_speed, zero, zero);
+    if !m.held.base {
+        s.chaser.spin = spin(turned.axes, turned.inverse_inertia.inverse(), p.chaser_rate);
+        let tool_velocity = target_rate.cross(seat_lever) + closing + p.drift;
+        s.chaser.momentum = (tool_velocity - p.chaser_rate.cross(turned.parts.a.position)) * turned.mass;
+        s.arm.turn = p.chaser_rate;
+    } else if !m.held.target {
+        s.target.momentum = (target_rate.cross(seat_lever) + closing + p.drift) * -masses.target_mass;
+    }
 
     s.impulse = s.chaser.momentum + s.target.momentum;
     s.moment_impulse = s.chaser.spin + s.chaser.com.cross(s.chaser.momentum) + s.target.spin;
+    if m.held.base {
+        s.moment_impulse = s.moment_impulse + s.target.com.cross(s.target.momentum);
+    }
     s
 }
 

@@ -29,13 +29,14 @@ fn rotor(reflected: f64) -> ArmDrive {
     }
 }
 
-fn elastic(reflected: f64, stiffness: f64, damping: f64) -> ArmDrive {
+/// The same with an elastic gear.
+pub(super) fn elastic(reflected: f64, stiffness: f64, damping: f64) -> ArmDrive {
     let ArmDrive { drive, .. } = rotor(reflected);
     ArmDrive { drive: Drive { gear_stiffness: stiffness, gear_damping: damping, ..drive }, ..rotor(reflected) }
 }
 
 /// A rod of a metre that turns about z at its end.
-fn rod(at_x: f64) -> Link {
+pub(super) fn rod(at_x: f64) -> Link {
     Link { origin: at(at_x, 0.0, 0.0), mass: 12.0, com: vec3(0.5, 0.0, 0.0), inertia: inertia(0.1, 1.0, 1.0) }
 }
 
@@ -51,7 +52,7 @@ fn planar(base_inertia: f64, drives: Vec<ArmDrive>, angles: &[f64], gap: f64) ->
 }
 
 /// Frequencies \[Hz\] at which a signal crosses zero upwards.
-fn frequency(samples: &[f64], step: f64) -> f64 {
+pub(super) fn frequency(samples: &[f64], step: f64) -> f64 {
     let crossings = samples.windows(2).enumerate().filter(|(_, pair)| pair[0] < 0.0 && pair[1] >= 0.0);
     let times: Vec<f64> = crossings.map(|(at, pair)| (at as f64 - pair[0] / (pair[1] - pair[0])) * step).collect();
     (times.len() - 1) as f64 / (times[times.len() - 1] - times[0])

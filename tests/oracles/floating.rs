@@ -3,6 +3,7 @@
 use super::bench::{at, inertia, two_bodies};
 use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, UnitQuaternion, Vector3};
 use softdock_kernels::fields::from_slice;
+use softdock_kernels::manipulator::{ArmDrive, Drive, Friction};
 use softdock_kernels::model::{Link, Model};
 use softdock_kernels::params::Params;
 use softdock_kernels::philox;
@@ -40,19 +41,27 @@ pub(super) struct Dense {
     tool_angular: DMatrix<f64>,
     /// Base velocity, base rate and joint rates.
     velocity: DVector<f64>,
-    joints: Vec<(V, V)>,
+    joints: Vec<Joint>,
     centres: Vec<V>,
+    /// Acceleration of the field on every body.
+    field: V,
+    /// The base stands still.
+    is_held: bool,
 }
 
-/// Jacobians of a point fixed to the body behind the given joints: each an origin and an axis.
-fn jacobians(point: V, joints: &[(V, V)], size: usize) -> (DMatrix<f64>, DMatrix<f64>) {
+/// A joint: its origin, its axis, and whether it slides along the axis.
+type Joint = (V, V, bool);
+
+/// Jacobians of a point fixed to the body behind the given joints.
+fn jacobians(point: V, joints: &[Joint], size: usize) -> (DMatrix<f64>, DMatrix<f64>) {
     let (mut linear, mut angular) = (DMatrix::zeros(3, size), DMatrix::zeros(3, size));
     linear.fixed_view_mut::<3, 3>(0, 0).fill_with_identity();
     angular.fixed_view_mut::<3, 3>(0, 3).fill_with_identity();
     linear.fixed_view_mut::<3, 3>(0, 3).copy_from(&-point.cross_matrix());
-    for (i, (origin, axis)) in joints.iter().enumerate() {
-        linear.fixed_view_mut::<3, 1>(0, 6 + i).copy_from(&axis.cross(&(point - origin)));
-        angular.fixed_view_mut::<3, 1>(0, 6 + i).copy_from(axis);
+    for (i, (origin, axis, slides)) in joints.iter().enumerate() {
+        let (moved, turned) = if *slides { (*axis, V::zeros()) } else { (axis.cross(&(point - origin)), *axis) };
+        linear.fixed_view_mut::<3, 1>(0, 6 + i).copy_from(&moved);
+        angular.fixed_view_mut::<3, 1>(0, 6 + i).copy_from(&turned);
     }
     (linear, angular)
 }
@@ -72,9 +81,13 @@ impl Dense {
             origin += attitude * v(link.origin.position);
             attitude *= q(link.origin.attitude);
             let axis = attitude * V::z();
-            attitude *=
-                UnitQuaternion::from(Rotation3::from_axis_angle(&V::z_axis(), m.start_angles[i] + s.arm.angle[i]));
-            joints.push((origin, axis));
+            let place = m.start_angles[i] + s.arm.angle[i];
+            if m.slides(i) {
+                origin += axis * place;
+            } else {
+                attitude *= UnitQuaternion::from(Rotation3::from_axis_angle(&V::z_axis(), place));
+            }
+            joints.push((origin, axis, m.slides(i)));
             let com = origin + attitude * v(link.com);
             let (linear, angular) = jacobians(com, &joints, 6 + N);
             parts.push(Part { mass: link.mass, inertia: turned(link.inertia, &attitude), linear, angular });
@@ -83,8 +96,12 @@ impl Dense {
         let tool = origin + attitude * v(m.tool.position);
         let (tool_linear, tool_angular) = jacobians(tool, &joints, 6 + N);
         let velocity = DVector::zeros(6 + N);
-        let mut dense = Self { parts, tool, tool_linear, tool_angular, velocity, joints, centres };
-        dense.velocity = dense.velocities(s);
+        let (field, is_held) = (v(m.field), m.held.base);
+        let mut dense = Self { parts, tool, tool_linear, tool_angular, velocity, joints, centres, field, is_held };
+        dense.velocity = match is_held {
+            true => DVector::from_iterator(6 + N, [0.0; 6].into_iter().chain(s.arm.rate)),
+            false => dense.velocities(s),
+        };
         dense
     }
 
@@ -124,11 +141,15 @@ impl Dense {
         };
         for (i, part) in self.parts.iter().enumerate() {
             if i > 0 {
-                let (joint, axis) = self.joints[i - 1];
+                let (joint, axis, slides) = self.joints[i - 1];
                 at_origin += moved(origin, joint, rate, turning);
                 let spin = axis * self.velocity[5 + i];
-                turning += rate.cross(&spin);
-                rate += spin;
+                if slides {
+                    at_origin += rate.cross(&spin) * 2.0;
+                } else {
+                    turning += rate.cross(&spin);
+                    rate += spin;
+                }
                 origin = joint;
             }
             let acceleration = at_origin + moved(origin, self.centres[i], rate, turning);
@@ -136,6 +157,11 @@ impl Dense {
             sum += part.linear.transpose() * (acceleration * part.mass) + part.angular.transpose() * moment;
         }
         sum
+    }
+
+    /// Place of the tool from the base's centre of mass.
+    pub(super) fn tool(&self) -> Vec3<f64> {
+        vec3(self.tool.x, self.tool.y, self.tool.z)
     }
 
     /// Place of the tool from the centre of mass of the chaser.
@@ -153,10 +179,24 @@ impl Dense {
 
     /// Accelerations of base and joints under actuation and a wrench on the tool.
     pub(super) fn accelerations<const N: usize>(&self, u: &Actuation<f64, N>, w: Wrench<f64>) -> DVector<f64> {
+        self.geared_accelerations(0.0, u, w)
+    }
+
+    /// The same where each joint has a rotor of this inertia \[kg m^2, kg\] behind a rigid gear.
+    fn geared_accelerations<const N: usize>(&self, rotor: f64, u: &Actuation<f64, N>, w: Wrench<f64>) -> DVector<f64> {
         let mut force = self.tool_linear.transpose() * v(w.force) + self.tool_angular.transpose() * v(w.moment);
         let applied = [u.thrust, u.torque].into_iter().flat_map(|a| [a.x, a.y, a.z]).chain(u.joint);
         applied.enumerate().for_each(|(i, push)| force[i] += push);
-        self.mass_matrix().lu().solve(&(force - self.bias())).expect("regular")
+        self.parts.iter().for_each(|part| force += part.linear.transpose() * (self.field * part.mass));
+        if self.is_held {
+            let (count, rest) = (N, force - self.bias());
+            let joints = self.mass_matrix().view((6, 6), (count, count)).clone_owned();
+            let gain = joints.lu().solve(&rest.rows(6, count).clone_owned()).expect("regular");
+            return DVector::from_iterator(6 + N, [0.0; 6].into_iter().chain(gain.iter().copied()));
+        }
+        let mut mass = self.mass_matrix();
+        (6..6 + N).for_each(|i| mass[(i, i)] += rotor);
+        mass.lu().solve(&(force - self.bias())).expect("regular")
     }
 }
 
@@ -169,10 +209,10 @@ fn drawn(stream: u32) -> impl FnMut() -> f64 {
     }
 }
 
-/// An arm of seven links that look nowhere in particular; every second pair of axes is parallel in the first case.
+/// An arm of eight links that look nowhere in particular; every second pair of axes is parallel in the first case.
 fn crooked(draw: &mut impl FnMut() -> f64, parallel: bool) -> Model {
     let mut model = two_bodies(1e-3, 1.0, 0.0);
-    model.links = (0..7)
+    model.links = (0..8)
         .map(|i| {
             let axis = vec3(draw(), draw(), draw());
             let attitude = if parallel && i % 2 == 0 { axis * 0.0 } else { axis * 2.0 };
@@ -185,25 +225,47 @@ fn crooked(draw: &mut impl FnMut() -> f64, parallel: bool) -> Model {
             }
         })
         .collect();
-    model.start_angles = (0..7).map(|_| 2.0 * draw()).collect();
+    model.start_angles = (0..8).map(|_| 2.0 * draw()).collect();
     model.tool = Pose { attitude: Quat::from_rotation_vector(vec3(draw(), draw(), draw())), ..at(0.2, -0.1, 0.3) };
     model.base_inertia = Sym3 { xy: 4.0, xz: -3.0, yz: 2.0, ..inertia(60.0, 50.0, 70.0) };
     model
 }
 
+/// A drive without friction, limits, stops and brake.
+fn free_drive() -> ArmDrive {
+    ArmDrive {
+        drive: Drive::ideal(),
+        friction: Friction::none(),
+        presliding_travel: 1e-4,
+        speed_limit: f64::INFINITY,
+        stops: None,
+        brake: 0.0,
+    }
+}
+
 #[test]
 fn free_floating_arm_accelerates_as_the_dense_mass_matrix() {
-    for case in 0..12 {
+    for case in 0..36 {
         let mut draw = drawn(case);
-        let m = Plant::new(crooked(&mut draw, case % 3 == 0));
+        let mut model = crooked(&mut draw, case % 3 == 0);
+        // In the first twelve cases all joints turn, then some slide, with and without drives.
+        if case >= 12 {
+            model.slides = (0..8).map(|i| (case >> (i % 5)) & 1 == 1).collect();
+        }
+        if case >= 24 {
+            let drive = Drive { rotor_inertia: 1.5, ..Drive::ideal() };
+            model.drives = vec![ArmDrive { drive, ..free_drive() }; 8];
+        }
+        let m = Plant::new(model);
         let params = Params { base_mass: 120.0, base_inertia_scale: 1.1, ..Params::null() };
         let masses = space_masses(&params);
-        let mut s: Bodies<f64, 7> = softdock_kernels::start::start(&m, &params, &masses);
+        let mut s: Bodies<f64, 8> = softdock_kernels::start::start(&m, &params, &masses);
         s.chaser.attitude = Quat::from_rotation_vector(vec3(draw(), draw(), draw()) * 2.0);
         (s.chaser.momentum, s.chaser.spin) = (vec3(draw(), draw(), draw()) * 20.0, vec3(draw(), draw(), draw()) * 30.0);
         s.arm.angle = std::array::from_fn(|_| 3.0 * draw());
         s.arm.rate = std::array::from_fn(|_| draw());
-        let u: Actuation<f64, 7> = from_slice(&(0..14).map(|_| 20.0 * draw()).collect::<Vec<_>>());
+        let mut u: Actuation<f64, 8> = from_slice(&(0..15).map(|_| 20.0 * draw()).collect::<Vec<_>>());
+        u.braked = 0.0;
         let w: Wrench<f64> = from_slice(&(0..6).map(|_| 50.0 * draw()).collect::<Vec<_>>());
 
         let k = kinematics(&m, &masses, &s);
@@ -215,9 +277,14 @@ fn free_floating_arm_accelerates_as_the_dense_mass_matrix() {
         let turning = &dense.tool_angular * &dense.velocity;
         assert!((v(k.parts.a.omega) - turning).norm() < 1e-12, "case {case}: the tool turns otherwise");
 
+        s.drives.motor_rate = s.arm.rate;
         let next = advance(&m, &masses, &s, &k, &u, w);
-        let found: Vec<f64> = (0..7).map(|i| (next.arm.rate[i] - s.arm.rate[i]) / m.timing.substep).collect();
-        let exact: Vec<f64> = dense.accelerations(&u, w).iter().skip(6).copied().collect();
+        let found: Vec<f64> = (0..8).map(|i| (next.arm.rate[i] - s.arm.rate[i]) / m.timing.substep).collect();
+        let exact: Vec<f64> = match m.drives.is_empty() {
+            true => dense.accelerations(&u, w).iter().skip(6).copied().collect(),
+            // A rotor behind a rigid gear resists its joint alone.
+            false => dense.geared_accelerations(1.5, &u, w).iter().skip(6).copied().collect(),
+        };
         let size = exact.iter().fold(0.0, |sum: f64, a| sum.max(a.abs()));
         for (found, exact) in found.iter().zip(&exact) {
             assert!((found - exact).abs() < 1e-9 * size, "case {case}: {found} and not {exact} rad/s^2");

@@ -108,3 +108,21 @@ fn a_moving_finger_drags_by_its_friction() {
     assert_close("normal force", during.force.y, normal, 1e-5);
     assert_close("friction on part A, against its finger", during.force.x, 0.4 * normal, 1e-3);
 }
+
+#[test]
+fn momentum_holds_through_the_grapple_of_a_tumbling_satellite() {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("campaigns/grapple.toml");
+    let campaign = softdock_campaign::load(&path).unwrap_or_else(|problems| panic!("{problems}"));
+    let params: Vec<_> = (0..4).map(|run| campaign.draw(run).expect("a draw").params).collect();
+    let rows = run(campaign.scenario.model.clone(), &params);
+    for row in &rows {
+        for side in [row.space, row.hil] {
+            // Of some kg m/s and 10 kg m^2/s.
+            assert!(side.linear_momentum_error < 1e-10, "linear {}", side.linear_momentum_error);
+            assert!(side.angular_momentum_error < 1e-9, "angular {}", side.angular_momentum_error);
+        }
+    }
+    let captured = rows.iter().filter(|row| row.space.capture_time > 0.0).count();
+    let touched = rows.iter().filter(|row| row.space.contact_count > 0.0).count();
+    assert!(captured >= 3 && touched >= 3, "{captured} captured, {touched} touched");
+}

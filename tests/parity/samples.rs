@@ -101,6 +101,7 @@ pub(crate) static CASES: LazyLock<Vec<Case>> = LazyLock::new(|| {
         case(PREDICTED, "smoke.toml", |m| compensated(m, CompensatorKind::Smith), tuned),
         case(OBSERVED, "smoke.toml", observed, tuned),
         case(MESHED, "smoke.toml", meshed, |_| {}),
+        case("held base, a joint that slides", "probe_drogue.toml", on_mount, tuned),
     ];
     if is_full() {
         cases.extend([
@@ -115,7 +116,7 @@ pub(crate) static CASES: LazyLock<Vec<Case>> = LazyLock::new(|| {
 /// Short dockings with a compensator that uses past samples, and with one that has internal state.
 pub(crate) const PREDICTED: &str = "smoke, Smith predictor";
 pub(crate) const OBSERVED: &str = "smoke, switched lead and passivity";
-/// A short docking of meshes.
+/// A short docking of meshes on a held target.
 pub(crate) const MESHED: &str = "smoke, meshes";
 
 /// A ball of triangles on the probe, and the drogue as a mesh: points and shells against grids, shells of both parts.
@@ -132,6 +133,29 @@ fn meshed(model: &mut Model) {
     model.contact.a.solids = vec![solid(&sphere(0.024, 24), 80, 0.0, vec3(-0.001, 0.0, 0.0))];
     model.contact.b.solids = vec![solid(&drogue, 150, 0.025, Vec3::zero())];
     model.contact.b.solids[0].frame.attitude = Quat::from_rotation_vector(vec3(0.3, 0.0, 0.0));
+    model.held.target = true;
+}
+
+/// Lets a joint slide, with part A where it was.
+fn slide(model: &mut Model, joint: usize) {
+    // Not by a plant: its robots reach the start of the parts alone.
+    let tool = |model: &Model| {
+        let links = model.start_angles.iter().enumerate().map(|(i, place)| model.link_pose(i, *place));
+        links.fold(Pose::identity(), |inner, link| inner.compose(link)).compose(model.tool)
+    };
+    let part_a = model.base_pose.compose(tool(model));
+    model.slides = (0..model.links.len()).map(|other| other == joint).collect();
+    model.start_angles[joint] = 0.05;
+    model.base_pose = part_a.compose(tool(model).inverse());
+}
+
+/// An arm with a joint that slides, on a held base in a field.
+fn on_mount(model: &mut Model) {
+    model.held.base = true;
+    slide(model, 1);
+    model.field = vec3(0.02, -0.01, 0.03);
+    model.guidance.arm = ArmControl::ComputedTorque { bandwidth: 2.0, damping_ratio: 0.8 };
+    model.guidance.thrust = Thrust::Off;
 }
 
 fn compensated(model: &mut Model, kind: CompensatorKind) {
@@ -221,6 +245,7 @@ fn crowded(model: &mut Model) {
         max_torque: 10.0,
     };
     model.guidance.plan = Some(plan());
+    slide(model, 2);
     model.drives = (0..model.links.len()).map(arm_drive).collect();
     model.brakes = Brakes::CloseAtTouch;
     compensated(model, CompensatorKind::SecondOrderLead);
@@ -268,7 +293,7 @@ fn plan() -> ArmPlan {
             phase(
                 "swing",
                 pd,
-                Goal::Joints([0.01, -0.02, 0.03, 0.01, -0.01, 0.02, 0.0]),
+                Goal::Joints([0.01, -0.02, 0.03, 0.01, -0.01, 0.02, 0.0, 0.0]),
                 pace(0.5),
                 vec![after(0.15, 1)],
             ),

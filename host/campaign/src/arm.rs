@@ -1,12 +1,14 @@
-//! The arm from its URDF: a serial chain, every link turned so that its joint axis is its z axis.
+//! The arm from its URDF: the chain from the base to part A, every link turned so that its joint axis is its z axis.
+//!
+//! Joints off that chain are held, and what they carry is merged into the link that carries them.
 
 use crate::check::from_roll_pitch_yaw;
 use crate::inertia::{Joined, fault};
 use crate::problem::Problem;
 use crate::source::Source;
-use softdock_kernels::model::{Link, MAX_JOINTS};
+use softdock_kernels::model::{Link, MAX_JOINTS, joint_motion};
 use softdock_kernels::vector::{Pose, Quat, Sym3, Vec3, vec3};
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::ops::Range;
 use urdf_rs::{Joint, JointType, Robot};
 
@@ -23,18 +25,46 @@ pub(crate) enum BaseMass {
     Refused,
     /// The base stands still. Fingers of a gripper are fixed at their zero.
     Ignored,
+    /// The base is held: nothing depends on its mass.
+    Held,
+}
+
+/// What a scenario states of an arm besides its URDF.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Stated<'a> {
+    /// Link that carries part A; none: the last one of the only chain.
+    pub(crate) end: Option<&'a str>,
+    /// Places at which joints off the chain are held \[rad, m\]; the others are held at 0.
+    pub(crate) held: Option<&'a BTreeMap<String, f64>>,
+}
+
+/// A joint that is held.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct HeldJoint {
+    /// Name of the joint.
+    pub(crate) name: String,
+    /// Whether it slides.
+    pub(crate) slides: bool,
+    /// Its limits \[rad, m\].
+    pub(crate) limits: (f64, f64),
+    /// Where it is held \[rad, m\].
+    pub(crate) place: f64,
+    /// Mass of all that it carries \[kg\].
+    pub(crate) mass: f64,
+    /// The link, or the root, that carries it, by the name of its first URDF link.
+    pub(crate) carrier: String,
 }
 
 /// What a URDF states of a joint's drive; none where it states nothing, or 0.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct JointRating {
-    /// Greatest torque \[N m\].
+    /// Greatest torque \[N m\], or force of a joint that slides \[N\].
     pub(crate) effort: Option<f64>,
-    /// Greatest speed \[rad/s\].
+    /// Greatest speed \[rad/s, m/s\].
     pub(crate) velocity: Option<f64>,
-    /// Viscous friction \[N m s/rad\].
+    /// Viscous friction \[N m s/rad, N s/m\].
     pub(crate) damping: Option<f64>,
-    /// Coulomb friction \[N m\].
+    /// Coulomb friction \[N m, N\].
     pub(crate) friction: Option<f64>,
 }
 
@@ -45,8 +75,14 @@ pub(crate) struct Arm {
     pub(crate) links: Vec<Link>,
     /// Names of their joints.
     pub(crate) joints: Vec<String>,
-    /// Angle limits of the joints \[rad\].
+    /// Which of them slide.
+    pub(crate) slides: Vec<bool>,
+    /// Limits of the joints \[rad, m\].
     pub(crate) limits: Vec<(f64, f64)>,
+    /// Joints off the chain.
+    pub(crate) held: Vec<HeldJoint>,
+    /// What they add to the base, in the base's body frame.
+    pub(crate) on_base: Joined,
     /// What the URDF states of their drives.
     pub(crate) ratings: Vec<JointRating>,
     /// Every URDF link: number of moving joints before it, and its pose in that moving link's frame.
@@ -60,15 +96,15 @@ impl Arm {
     pub(crate) fn frame(&self, link: Option<&str>) -> Result<Pose<f64>, String> {
         let name = link.unwrap_or(&self.last);
         match self.frames.get(name) {
-            Some((body, pose)) if *body == self.links.len() => Ok(*pose),
-            Some(_) => Err(format!("link `{name}` is not at the arm's end, where part A must be")),
+            Some((body, pose)) if *body == self.links.len() && (*body > 0 || self.held.is_empty()) => Ok(*pose),
+            Some(_) => Err(format!("no joint of the arm moves link `{name}`, and part A must be on a link that moves")),
             None => Err(format!("the URDF has no link `{name}`")),
         }
     }
 }
 
 /// Reads the chain; `mount` is the root link's pose in the base's body frame.
-pub(crate) fn read(source: &Source, mount: Pose<f64>, base: BaseMass) -> Result<Arm, Vec<Problem>> {
+pub(crate) fn read(source: &Source, mount: Pose<f64>, base: BaseMass, stated: Stated<'_>) -> Result<Arm, Vec<Problem>> {
     if let Err(deep) = softdock_input::xml_depth(source.text()) {
         let expected = format!("at most {} levels", softdock_input::MAX_DEPTH);
         let problem = Problem::at(source, deep.offset..deep.offset + 1, format!("this is not a URDF: {deep}"));
@@ -93,7 +129,7 @@ pub(crate) fn read(source: &Source, mount: Pose<f64>, base: BaseMass) -> Result<
         let grippers: Vec<usize> = grippers(&robot).collect();
         grippers.into_iter().for_each(|joint| robot.joints[joint].joint_type = JointType::Fixed);
     }
-    let mut reader = Reader { source, robot: &robot, base, problems: Vec::new() };
+    let mut reader = Reader { source, robot: &robot, base, stated, moving: HashSet::new(), problems: Vec::new() };
     reader.check_numbers();
     let arm = if reader.problems.is_empty() { reader.chain(mount) } else { None };
     match arm {
@@ -125,7 +161,15 @@ struct Reader<'a> {
     source: &'a Source,
     robot: &'a Robot,
     base: BaseMass,
+    stated: Stated<'a>,
+    /// Names of the joints of the chain.
+    moving: HashSet<String>,
     problems: Vec<Problem>,
+}
+
+/// Whether the reader can hold or move a joint.
+fn moves(joint: &Joint) -> bool {
+    matches!(joint.joint_type, JointType::Revolute | JointType::Continuous | JointType::Prismatic)
 }
 
 /// The moving joint that leads on from a body, with its parent link's pose.
@@ -170,9 +214,13 @@ impl<'a> Reader<'a> {
     /// Follows the chain from the root; `None` after a problem.
     fn chain(&mut self, mount: Pose<f64>) -> Option<Arm> {
         let root = self.root()?;
+        self.moving = self.joints_to_end()?;
         let mut arm = Arm {
             links: Vec::new(),
             joints: Vec::new(),
+            slides: Vec::new(),
+            held: Vec::new(),
+            on_base: Joined::nothing(),
             limits: Vec::new(),
             ratings: Vec::new(),
             frames: HashMap::new(),
@@ -193,6 +241,7 @@ impl<'a> Reader<'a> {
             let turned = Pose { position: Vec3::zero(), attitude: from_z_to(axis) };
             let origin = parent.compose(pose(&joint.origin)).compose(turned);
             arm.joints.push(joint.name.clone());
+            arm.slides.push(joint.joint_type == JointType::Prismatic);
             arm.limits.push(limits(joint));
             arm.ratings.push(rating(joint));
             arm.last.clone_from(&joint.child.link);
@@ -238,12 +287,83 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// The links fixed to `entry` as one body, and the moving joint that leads on.
+    /// The joints of the chain from the root to the link of part A, or to the only end; `None` after a problem.
+    fn joints_to_end(&mut self) -> Option<HashSet<String>> {
+        let robot = self.robot;
+        let above = |link: &str| robot.joints.iter().find(|joint| joint.child.link == link);
+        let chain_to = |end: &str| -> Vec<&Joint> {
+            // A loop ends where its joints do; it is reported where the links are joined.
+            std::iter::successors(above(end), |joint| above(&joint.parent.link)).take(robot.joints.len()).collect()
+        };
+        let moving = |end: &str| chain_to(end).into_iter().filter(|joint| moves(joint)).map(|joint| joint.name.clone());
+        let known = self.stated.end.filter(|end| robot.links.iter().any(|link| link.name == **end));
+        if let Some(end) = known {
+            return Some(moving(end).collect());
+        }
+        let inner: HashSet<&str> = robot
+            .joints
+            .iter()
+            .filter(|joint| moves(joint))
+            .flat_map(|joint| chain_to(&joint.parent.link).into_iter().map(|joint| joint.name.as_str()))
+            .collect();
+        let ends: Vec<&Joint> =
+            robot.joints.iter().filter(|joint| moves(joint) && !inner.contains(joint.name.as_str())).collect();
+        match ends[..] {
+            [] => Some(HashSet::new()),
+            [end] => Some(moving(&end.child.link).collect()),
+            [_, second, ..] => {
+                let names: Vec<String> = ends.iter().map(|joint| format!("`{}`", joint.child.link)).collect();
+                let message = format!("the arm has {} ends: {}", names.len(), names.join(", "));
+                let remedy = match self.base {
+                    BaseMass::Ignored => "keep one chain from the base to the end-effector",
+                    _ => "write part_a.link, the link that carries part A: joints off its chain are held",
+                };
+                self.refuse("joint", &second.name, "", message, remedy);
+                None
+            }
+        }
+    }
+
+    /// Mass of a link and of all beyond it \[kg\].
+    fn mass_beyond(&self, link: &str) -> f64 {
+        let (mut open, mut mass, mut seen) = (vec![link], 0.0, 0);
+        while let Some(name) = open.pop() {
+            seen += 1;
+            // A loop is reported where the links are joined.
+            if seen > self.robot.links.len() {
+                break;
+            }
+            mass += self.robot.links.iter().find(|link| link.name == name).map_or(0.0, |link| link.inertial.mass.value);
+            let beyond = self.robot.joints.iter().filter(|joint| joint.parent.link == name);
+            open.extend(beyond.map(|joint| joint.child.link.as_str()));
+        }
+        mass
+    }
+
+    /// Where a joint off the chain is held, from the frame of its parent link.
+    fn hold(&self, joint: &Joint, carrier: &str, arm: &mut Arm) -> Pose<f64> {
+        let place = self.stated.held.and_then(|held| held.get(&joint.name)).copied().unwrap_or(0.0);
+        let slides = joint.joint_type == JointType::Prismatic;
+        let axis = vec3(joint.axis.xyz[0], joint.axis.xyz[1], joint.axis.xyz[2]);
+        let turned = Pose { position: Vec3::zero(), attitude: from_z_to(axis) };
+        arm.held.push(HeldJoint {
+            name: joint.name.clone(),
+            slides,
+            limits: limits(joint),
+            place,
+            mass: self.mass_beyond(&joint.child.link),
+            carrier: carrier.to_owned(),
+        });
+        pose(&joint.origin).compose(turned).compose(joint_motion(slides, place)).compose(turned.inverse())
+    }
+
+    /// The links fixed or held to `entry` as one body, and the moving joint that leads on; what is held to the base is
+    /// not in its body but in `arm.on_base`.
     fn body(&mut self, entry: &str, at: Pose<f64>, arm: &mut Arm) -> Option<(Joined, Option<Next<'a>>)> {
         let mut joined = Joined::nothing();
         let mut next: Option<Next<'a>> = None;
-        let mut open = vec![(entry.to_owned(), at)];
-        while let Some((name, frame)) = open.pop() {
+        let mut open = vec![(entry.to_owned(), at, false)];
+        while let Some((name, frame, is_held)) = open.pop() {
             if arm.frames.insert(name.clone(), (arm.links.len(), frame)).is_some() {
                 let message = format!("link `{name}` is reached twice: the joints form a loop");
                 self.refuse("link", &name, "", message, "let every link be the child of one joint");
@@ -252,7 +372,8 @@ impl<'a> Reader<'a> {
             let robot = self.robot;
             let link = robot.links.iter().find(|link| link.name == name)?;
             if link.inertial.mass.value > 0.0 {
-                joined.add(link.inertial.mass.value, inertia(link), frame.compose(pose(&link.inertial.origin)));
+                let whole = if is_held && arm.links.is_empty() { &mut arm.on_base } else { &mut joined };
+                whole.add(link.inertial.mass.value, inertia(link), frame.compose(pose(&link.inertial.origin)));
             }
             for joint in robot.joints.iter().filter(|joint| joint.parent.link == name) {
                 if joint.mimic.is_some() {
@@ -262,23 +383,24 @@ impl<'a> Reader<'a> {
                     return None;
                 }
                 match joint.joint_type {
-                    JointType::Fixed => open.push((joint.child.link.clone(), frame.compose(pose(&joint.origin)))),
-                    JointType::Revolute | JointType::Continuous if next.is_none() => next = Some((joint, frame)),
-                    JointType::Revolute | JointType::Continuous => {
-                        let message = format!("the arm branches at joint `{}`", joint.name);
-                        self.refuse(
-                            "joint",
-                            &joint.name,
-                            "",
-                            message,
-                            "keep one chain from the base to the end-effector",
-                        );
-                        return None;
+                    JointType::Fixed => {
+                        open.push((joint.child.link.clone(), frame.compose(pose(&joint.origin)), is_held));
                     }
-                    _ => {
-                        let message = format!("joint `{}` is neither revolute, continuous nor fixed", joint.name);
+                    JointType::Prismatic if self.base == BaseMass::Ignored => {
+                        let message = format!("joint `{}` slides, and a robot's axes turn", joint.name);
                         self.refuse("joint", &joint.name, "", message, "make it revolute or fixed");
                         return None;
+                    }
+                    _ if !moves(joint) => {
+                        let message =
+                            format!("joint `{}` is neither revolute, continuous, prismatic nor fixed", joint.name);
+                        self.refuse("joint", &joint.name, "", message, "make it revolute, prismatic or fixed");
+                        return None;
+                    }
+                    _ if self.moving.contains(&joint.name) => next = Some((joint, frame)),
+                    _ => {
+                        let place = self.hold(joint, entry, arm);
+                        open.push((joint.child.link.clone(), frame.compose(place), true));
                     }
                 }
             }
@@ -318,7 +440,7 @@ fn place(text: &str, element: &str, name: &str, child: &str) -> Range<usize> {
 
 fn limits(joint: &Joint) -> (f64, f64) {
     let (lower, upper) = (joint.limit.lower, joint.limit.upper);
-    if joint.joint_type == JointType::Revolute && lower < upper {
+    if matches!(joint.joint_type, JointType::Revolute | JointType::Prismatic) && lower < upper {
         (lower, upper)
     } else {
         (f64::NEG_INFINITY, f64::INFINITY)
@@ -381,7 +503,13 @@ mod tests {
     </robot>"#;
 
     fn arm(text: &str) -> Result<Arm, Vec<Problem>> {
-        read(&Source::new("arm.urdf".into(), text.to_owned()), Pose::identity(), BaseMass::Refused)
+        arm_to(text, None, &[])
+    }
+
+    fn arm_to(text: &str, end: Option<&str>, held: &[(&str, f64)]) -> Result<Arm, Vec<Problem>> {
+        let held = held.iter().map(|(name, place)| ((*name).to_owned(), *place)).collect();
+        let source = Source::new("arm.urdf".into(), text.to_owned());
+        read(&source, Pose::identity(), BaseMass::Refused, Stated { end, held: Some(&held) })
     }
 
     #[test]
@@ -399,9 +527,83 @@ mod tests {
         assert!((inertia.yy - (0.2 + 0.1 + 0.25)).abs() < 1e-14 && (inertia.xx - (0.1 + 0.2)).abs() < 1e-14);
         // A quarter turn about +y takes +x to -z.
         let tool = arm.frame(Some("b")).expect("at the end");
-        let end = end_frame(&arm.links, &[std::f64::consts::FRAC_PI_2], tool);
+        let end = end_frame(&arm.links, &[], &[std::f64::consts::FRAC_PI_2], tool);
         assert!((end.position - vec3(1.0, 0.0, -1.0)).norm() < 1e-14, "{:?}", end.position);
         assert!(turned_by(end.attitude) > 1.0);
+    }
+
+    /// Two arms on a torso that turns, each of a joint that turns and one that slides; fingers as the second end.
+    fn branched(fixed: bool, bend: f64, stroke: f64) -> String {
+        let body = "<inertial><origin xyz=\"0.2 0.1 0\" rpy=\"0.1 0.2 0.3\"/><mass value=\"2\"/>\
+                    <inertia ixx=\"0.1\" iyy=\"0.2\" izz=\"0.25\" ixy=\"0.01\" ixz=\"0\" iyz=\"0\"/></inertial>";
+        let joint = |name: &str, kind: &str, parent: &str, child: &str, origin: &str, axis: &str| {
+            format!(
+                "<joint name=\"{name}\" type=\"{kind}\"><origin {origin}/><axis xyz=\"{axis}\"/><parent link=\"{parent}\"/>\
+                 <child link=\"{child}\"/><limit lower=\"-1\" upper=\"1\" effort=\"1\" velocity=\"1\"/></joint>\
+                 <link name=\"{child}\">{body}</link>"
+            )
+        };
+        let origin = "xyz=\"0.3 0.1 -0.2\" rpy=\"0.4 0 0\"";
+        let kinds = if fixed { ["fixed"; 2] } else { ["revolute", "prismatic"] };
+        // The motion of the held joints by their origins: about and along the last axis of rpy and the x axis.
+        let (moved, slid) = match fixed {
+            true => (
+                format!("xyz=\"0.3 0.1 -0.2\" rpy=\"{} 0 0\"", 0.4 + bend),
+                format!("xyz=\"{} 0.1 -0.2\" rpy=\"0.4 0 0\"", 0.3 + stroke),
+            ),
+            false => (origin.to_owned(), origin.to_owned()),
+        };
+        format!(
+            "<robot name=\"two arms\"><link name=\"root\"/>{}{}{}{}{}</robot>",
+            joint("waist", "revolute", "root", "torso", origin, "0 0 1"),
+            joint("left", "revolute", "torso", "left_arm", origin, "0 1 0"),
+            joint("right", kinds[0], "torso", "right_arm", &moved, "1 0 0"),
+            joint("slide", kinds[1], "right_arm", "right_hand", &slid, "1 0 0"),
+            joint("wrist", "revolute", "left_arm", "left_hand", origin, "1 0 0"),
+        )
+    }
+
+    #[test]
+    fn joints_off_the_chain_are_held_as_if_they_were_fixed() {
+        let (bend, stroke) = (0.3, -0.15);
+        let held = arm_to(&branched(false, 0.0, 0.0), Some("left_hand"), &[("right", bend), ("slide", stroke)])
+            .expect("two arms");
+        let fixed = arm_to(&branched(true, bend, stroke), Some("left_hand"), &[]).expect("one arm");
+        assert_eq!(held.joints, ["waist", "left", "wrist"]);
+        let named =
+            |joint: &HeldJoint| (joint.name.clone(), joint.slides, joint.place, joint.mass, joint.carrier.clone());
+        assert_eq!(
+            held.held.iter().map(named).collect::<Vec<_>>(),
+            [
+                ("right".to_owned(), false, bend, 4.0, "torso".to_owned()),
+                ("slide".to_owned(), true, stroke, 2.0, "torso".to_owned()),
+            ]
+        );
+        for (a, b) in held.links.iter().zip(&fixed.links) {
+            assert_eq!((a.mass, a.origin), (b.mass, b.origin));
+            assert!((a.com - b.com).norm() < 1e-14, "{:?} is not {:?}", a.com, b.com);
+            let off = a.inertia.zip(b.inertia, |a, b| (a - b).abs());
+            let most = [off.xx, off.yy, off.zz, off.xy, off.xz, off.yz].into_iter().fold(0.0, f64::max);
+            assert!(most < 1e-14, "{:?} is not {:?}", a.inertia, b.inertia);
+        }
+        // The other end, along a joint that slides.
+        let right = arm_to(&branched(false, 0.0, 0.0), Some("right_hand"), &[]).expect("two arms");
+        assert_eq!((right.joints.join(" "), right.slides), ("waist right slide".to_owned(), vec![false, false, true]));
+        assert_eq!(right.limits[2], (-1.0, 1.0));
+    }
+
+    #[test]
+    fn several_ends_are_listed_and_what_the_base_carries_is_kept_apart() {
+        let problems = arm_to(&branched(false, 0.0, 0.0), None, &[]).expect_err("two ends");
+        assert!(problems[0].message.contains("2 ends: `right_hand`, `left_hand`"), "{}", problems[0]);
+        let at_root = branched(false, 0.0, 0.0).replacen(
+            "parent link=\"torso\"/><child link=\"right",
+            "parent link=\"root\"/><child link=\"right",
+            1,
+        );
+        let arm = arm_to(&at_root, Some("left_hand"), &[]).expect("a second arm on the base");
+        assert_eq!((arm.on_base.mass, arm.links[0].mass), (4.0, 2.0));
+        assert_eq!(arm.held[0].carrier, "root");
     }
 
     #[test]
@@ -411,7 +613,7 @@ mod tests {
             ("izz=\"0.3\"", "izz=\"3\"", 6, "link[a].inertia"),
             ("xyz=\"0 1 0\"", "xyz=\"0 0 0\"", 3, "joint[j1].axis"),
             ("link=\"root\"/><child", "link=\"roof\"/><child", 3, "joint[j1]"),
-            ("type=\"revolute\"", "type=\"prismatic\"", 3, "joint[j1]"),
+            ("type=\"revolute\"", "type=\"floating\"", 3, "joint[j1]"),
             ("<child link=\"b\"/>", "<child link=\"a\"/>", 2, "link[root]"),
         ];
         for (old, new, line, key) in cases {

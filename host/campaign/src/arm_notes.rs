@@ -1,20 +1,21 @@
 //! Drives and phases of a scenario's arm in words, with what the URDF states in vain.
 
-use crate::arm::{self, BaseMass};
 use crate::scenario::Scenario;
+use crate::scenario::sliding::of_sliding;
 use crate::units::show;
 use softdock_kernels::arm_plan::{ArmGuard, ArmPhase, ArmPlan, Goal};
 use softdock_kernels::manipulator::ArmDrive;
 use softdock_kernels::model::Brakes;
 use softdock_kernels::vector::Pose;
 
-/// Returns a line for the drive of each joint, or a note if the URDF states limits or friction that the arm has not; then
-/// a line for each phase.
+/// Returns a line for each joint that is held, one for the drive of each that moves, or a note if the URDF states limits or
+/// friction that the arm has not, and one for each phase.
 pub fn arm_lines(scenario: &Scenario) -> Vec<String> {
     let (drives, brakes) = (&scenario.model.drives, scenario.model.brakes);
-    let named = scenario.joints.iter().zip(drives);
-    let mut lines: Vec<String> =
-        named.map(|(joint, drive)| format!("joint `{joint}`: {}", drive_text(drive, brakes))).collect();
+    let mut lines = scenario.held_joints.clone();
+    for (i, (joint, drive)) in scenario.joints.iter().zip(drives).enumerate() {
+        lines.push(format!("joint `{joint}`: {}", drive_text(drive, brakes, scenario.model.slides(i))));
+    }
     if drives.is_empty() {
         lines.extend(stated_in_vain(scenario));
     }
@@ -35,13 +36,16 @@ fn phase_text(plan: &ArmPlan, phase: &ArmPhase, scenario: &Scenario) -> String {
         Goal::Hold => "holds".to_owned(),
         Goal::Joints(angles) => {
             let start = &scenario.model.start_angles;
-            let angles: Vec<String> = angles.iter().zip(start).map(|(way, start)| show(way + start, "rad")).collect();
-            format!("joints to {}", angles.join(", "))
+            let unit = |joint| if scenario.model.slides(joint) { "m" } else { "rad" };
+            let places = angles.iter().zip(start).enumerate();
+            let places: Vec<String> = places.map(|(i, (way, start))| show(way + start, unit(i))).collect();
+            format!("joints to {}", places.join(", "))
         }
         Goal::Base(place) => pose(place, "the base"),
         Goal::PartB(place) => pose(place, "part B"),
     };
-    let unit = if matches!(phase.goal, Goal::Joints(_)) { "rad/s" } else { "m/s" };
+    let turns = matches!(phase.goal, Goal::Joints(_)) && !scenario.model.slides(0);
+    let unit = if turns { "rad/s" } else { "m/s" };
     let pace = match phase.goal {
         Goal::Hold => String::new(),
         _ => format!(", at most {}", show(phase.pace.speed, unit)),
@@ -69,8 +73,9 @@ fn guard_text(own: &ArmGuard) -> String {
     parts.into_iter().flatten().collect::<Vec<_>>().join(" and ")
 }
 
-fn drive_text(own: &ArmDrive, brakes: Brakes) -> String {
+fn drive_text(own: &ArmDrive, brakes: Brakes, slides: bool) -> String {
     let (drive, friction) = (&own.drive, &own.friction);
+    let show = |value: f64, unit: &'static str| show(value, if slides { of_sliding(unit) } else { unit });
     let mut parts = vec![format!("rotor {} behind the gear", show(drive.reflected_inertia(), "kg m^2"))];
     parts.push(match drive.gear_stiffness.is_finite() {
         true => format!("gear {}", show(drive.gear_stiffness, "N m/rad")),
@@ -99,9 +104,7 @@ fn drive_text(own: &ArmDrive, brakes: Brakes) -> String {
 }
 
 fn stated_in_vain(scenario: &Scenario) -> Option<String> {
-    let arm = arm::read(scenario.urdf()?, Pose::identity(), BaseMass::Refused).ok()?;
-    let states = |own: &&arm::JointRating| **own != arm::JointRating::default();
-    let count = arm.ratings.iter().filter(states).count();
+    let count = scenario.rated_joints;
     let note = format!(
         "note: the URDF states torque, speed or friction of {count} joints; without [arm.drive] the arm has neither limits nor \
          friction"

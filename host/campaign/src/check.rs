@@ -150,6 +150,14 @@ impl Checker {
         written.value.iter().map(|item| self.number(item, unit, range)).collect()
     }
 
+    /// A list with one number for each of the units, which belong to joints.
+    pub(crate) fn list_of(&mut self, written: &Quantities, units: &[&str], range: Range) -> Vec<f64> {
+        if written.value.len() != units.len() {
+            return self.list(written, units.len(), units.first().unwrap_or(&"1"), range);
+        }
+        written.value.iter().zip(units).map(|(item, unit)| self.number(item, unit, range)).collect()
+    }
+
     pub(crate) fn vector(&mut self, written: &Quantities, unit: &str, range: Range) -> Vec3<f64> {
         let list = self.list(written, 3, unit, range);
         vec3(list[0], list[1], list[2])

@@ -6,15 +6,18 @@ use crate::inertia::matrix;
 use crate::placement::link_frames;
 use nalgebra::{DMatrix, Matrix3};
 use softdock_kernels::model::Model;
-use softdock_kernels::vector::{Mat3, Sym3, Vec3, vec3};
+use softdock_kernels::vector::{Mat3, Pose, Sym3, Vec3, vec3};
+
+/// Share of the greatest mobility below which a direction does not move.
+const STIFF: f64 = 1e-9;
 
 /// The chaser (base and arm) as one matrix: motions of base and joints to momenta, inverted.
 pub(crate) struct Chaser {
     inverse: DMatrix<f64>,
     /// Base's centre of mass, contact frame.
     centre: Vec3<f64>,
-    /// Joint origins and axes, contact frame.
-    joints: Vec<(Vec3<f64>, Vec3<f64>)>,
+    /// Joint origins and axes, contact frame, and whether they slide.
+    joints: Vec<(Vec3<f64>, Vec3<f64>, bool)>,
     /// Origin of part A, contact frame.
     pub(crate) part_a: Vec3<f64>,
     /// Axes of part A, contact frame.
@@ -25,8 +28,9 @@ impl Chaser {
     /// `None` if the mass matrix cannot be inverted.
     pub(crate) fn new(m: &Model, base_mass: f64, base_inertia_scale: f64) -> Option<Self> {
         let frames: Vec<_> =
-            link_frames(&m.links, &m.start_angles).iter().map(|frame| m.base_pose.compose(*frame)).collect();
-        let joints = frames.iter().map(|f| (f.position, f.attitude.rotate(vec3(0.0, 0.0, 1.0)))).collect();
+            link_frames(&m.links, &m.slides, &m.start_angles).iter().map(|frame| m.base_pose.compose(*frame)).collect();
+        let axis = |frame: &Pose<f64>| frame.attitude.rotate(vec3(0.0, 0.0, 1.0));
+        let joints = frames.iter().enumerate().map(|(i, f)| (f.position, axis(f), m.slides(i))).collect();
         let tool = frames.last().copied().unwrap_or(m.base_pose).compose(m.tool);
         let mut chaser = Self {
             inverse: DMatrix::zeros(0, 0),
@@ -41,8 +45,22 @@ impl Chaser {
             let com = frame.position + frame.attitude.rotate(link.com);
             mass += chaser.body(index + 1, link.mass, com, link.inertia.rotated(frame.attitude.matrix()));
         }
-        chaser.inverse = mass.cholesky()?.inverse();
+        chaser.inverse = match m.held.base {
+            false => mass.cholesky()?.inverse(),
+            true => chaser.on_held_base(&mass)?,
+        };
         Some(chaser)
+    }
+
+    /// The inverse where only the joints can move: nothing moves the base.
+    fn on_held_base(&self, mass: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+        let count = self.joints.len();
+        let mut inverse = DMatrix::zeros(6 + count, 6 + count);
+        if count > 0 {
+            let joints = mass.view((6, 6), (count, count)).into_owned().cholesky()?.inverse();
+            inverse.view_mut((6, 6), (count, count)).copy_from(&joints);
+        }
+        Some(inverse)
     }
 
     /// Velocity of a point and angular velocity that base and the first `moving` joints give, as rows of six.
@@ -59,8 +77,11 @@ impl Chaser {
             column(index, unit, Vec3::zero());
             column(3 + index, unit.cross(point - self.centre), unit);
         }
-        for (index, (origin, axis)) in self.joints.iter().take(moving).enumerate() {
-            column(6 + index, axis.cross(point - *origin), *axis);
+        for (index, (origin, axis, slides)) in self.joints.iter().take(moving).enumerate() {
+            match slides {
+                true => column(6 + index, *axis, Vec3::zero()),
+                false => column(6 + index, axis.cross(point - *origin), *axis),
+            }
         }
         jacobian
     }
@@ -96,15 +117,18 @@ impl Chaser {
         self.end(self.part_a).fixed_view::<3, 3>(3, 3).into_owned()
     }
 
-    /// Acceleration of each joint by each joint torque \[1/(kg m^2)\].
+    /// Acceleration of each joint by each joint torque \[1/(kg m^2)\], or force where they slide \[1/kg\].
     pub(crate) fn at_joints(&self) -> DMatrix<f64> {
         let count = self.joints.len();
         self.inverse.view((6, 6), (count, count)).into_owned()
     }
 }
 
-/// Acceleration of a point of the target by a force on it \[1/kg\]; `point` in the contact frame.
+/// Acceleration of a point of the target by a force on it \[1/kg\]; `point` in the contact frame. None of a held target.
 pub(crate) fn target_at_point(m: &Model, mass: f64, inertia_scale: f64, point: Vec3<f64>) -> Matrix3<f64> {
+    if m.held.target {
+        return Matrix3::zeros();
+    }
     let arm = point - m.target_pose.position;
     let skew = Matrix3::new(0.0, -arm.z, arm.y, arm.z, 0.0, -arm.x, -arm.y, arm.x, 0.0);
     Matrix3::identity() * (1.0 / mass) - skew * target_about_com(m, inertia_scale) * skew
@@ -112,6 +136,9 @@ pub(crate) fn target_at_point(m: &Model, mass: f64, inertia_scale: f64, point: V
 
 /// Angular acceleration of the target by a moment \[1/(kg m^2)\].
 pub(crate) fn target_about_com(m: &Model, inertia_scale: f64) -> Matrix3<f64> {
+    if m.held.target {
+        return Matrix3::zeros();
+    }
     let inertia = m.target_inertia.map(|element| element * inertia_scale);
     matrix(inertia.rotated(m.target_pose.attitude.matrix()).inverse())
 }
@@ -121,11 +148,13 @@ pub(crate) fn greatest(mobility: &Matrix3<f64>) -> f64 {
     mobility.symmetric_eigenvalues().max()
 }
 
-/// Effective mass of the pair along the approach axis where the nominal contact is \[kg\].
+/// Effective mass of the pair along the approach axis where the nominal contact is \[kg\]; none where nothing gives way, which
+/// takes a held target and an arm on a held base.
 pub(crate) fn effective_mass(m: &Model, base_mass: f64, target_mass: f64) -> Option<f64> {
     let chaser = Chaser::new(m, base_mass, 1.0)?;
     let mobility = chaser.at_point(chaser.part_a) + target_at_point(m, target_mass, 1.0, Vec3::zero());
-    Some(1.0 / mobility[(0, 0)])
+    let is_stiff = m.held.base && m.held.target && mobility[(0, 0)] <= STIFF * greatest(&mobility);
+    (!is_stiff).then(|| 1.0 / mobility[(0, 0)])
 }
 
 #[cfg(test)]
@@ -133,7 +162,6 @@ mod tests {
     use super::*;
     use crate::scenario::tests::free_body;
     use softdock_kernels::model::Link;
-    use softdock_kernels::vector::Pose;
 
     /// A free body: 1/m_eff = 1/m1 + 1/m2 through the centres of mass, + (r x n)^2 / I beside them.
     #[test]

@@ -4,6 +4,7 @@ use crate::campaign::Campaign;
 use crate::check::Checker;
 use crate::expression::Bounds;
 use crate::overlap::without_robots;
+use crate::scenario::held::without_effect_if_held;
 use softdock_kernels::effects::{EFFECTS, Effect, EffectParameter, EffectSet, Null};
 use softdock_kernels::fields::fields;
 use softdock_kernels::manipulator::cell::Feedforward;
@@ -128,6 +129,7 @@ fn ineffective(name: &str, model: &Model, bounds: &[Bounds]) -> Option<Reason> {
             let camera = model.guidance.plan.as_ref().and_then(|plan| plan.camera.as_ref());
             without(NO_CAMERA, camera.is_none())
         }
+        _ if without_effect_if_held(name, model.held).is_some() => without_effect_if_held(name, model.held),
         _ if name.starts_with("latch_") => without(NO_LATCH, model.contact.latch.is_none()),
         _ if name.starts_with("test_") => without(NO_TEST, model.facility.test_motion.is_none()),
         _ if name.starts_with("rail_") && rail.is_none() => Some(NO_RAIL),

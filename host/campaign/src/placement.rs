@@ -1,22 +1,21 @@
 //! Where bodies stand at the start: forward kinematics of the arm, and the chaser placed from its tool.
 
-use softdock_kernels::model::Link;
-use softdock_kernels::vector::{Pose, Quat, Vec3, vec3};
+use softdock_kernels::model::{Link, joint_motion};
+use softdock_kernels::vector::{Pose, Quat, vec3};
 
 /// Pose of the tool in the base's body frame.
-pub(crate) fn end_frame(links: &[Link], angles: &[f64], tool: Pose<f64>) -> Pose<f64> {
-    link_frames(links, angles).last().map_or(tool, |last| last.compose(tool))
+pub(crate) fn end_frame(links: &[Link], slides: &[bool], angles: &[f64], tool: Pose<f64>) -> Pose<f64> {
+    link_frames(links, slides, angles).last().map_or(tool, |last| last.compose(tool))
 }
 
-/// Poses of the links in the base's body frame.
-pub(crate) fn link_frames(links: &[Link], angles: &[f64]) -> Vec<Pose<f64>> {
+/// Poses of the links in the base's body frame; joints for which `slides` has no entry turn.
+pub(crate) fn link_frames(links: &[Link], slides: &[bool], angles: &[f64]) -> Vec<Pose<f64>> {
     let mut at = Pose::identity();
-    links
-        .iter()
-        .zip(angles)
-        .map(|(link, angle)| {
-            let turn = Quat { w: (0.5 * angle).cos(), v: vec3(0.0, 0.0, (0.5 * angle).sin()) };
-            at = at.compose(link.origin).compose(Pose { position: Vec3::zero(), attitude: turn });
+    let joints = links.iter().zip(angles).enumerate();
+    joints
+        .map(|(joint, (link, angle))| {
+            let slides = slides.get(joint).copied().unwrap_or(false);
+            at = at.compose(link.origin).compose(joint_motion(slides, *angle));
             at
         })
         .collect()
@@ -37,7 +36,7 @@ pub(crate) fn turned_by(attitude: Quat<f64>) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use softdock_kernels::vector::Sym3;
+    use softdock_kernels::vector::{Sym3, Vec3};
 
     /// A planar arm of two links of 1 m: the textbook's forward kinematics.
     #[test]
@@ -50,7 +49,7 @@ mod tests {
         };
         let tool = Pose { position: vec3(1.0, 0.0, 0.0), attitude: Quat::identity() };
         let (a, b) = (0.3_f64, 0.9_f64);
-        let end = end_frame(&[link(0.0), link(1.0)], &[a, b], tool);
+        let end = end_frame(&[link(0.0), link(1.0)], &[], &[a, b], tool);
         let expected = vec3(a.cos() + (a + b).cos(), a.sin() + (a + b).sin(), 0.0);
         assert!((end.position - expected).norm() < 1e-14);
         let base = base_from_tool(end, 0.25);

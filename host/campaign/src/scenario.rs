@@ -7,8 +7,10 @@ mod compensator;
 pub(crate) mod contact;
 mod control;
 mod facility;
+pub(crate) mod held;
 mod impedance;
 mod joint_level;
+pub(crate) mod sliding;
 
 use crate::check::{Checker, take_parameters};
 use crate::identified::{IdentifiedEffect, identified_effects};
@@ -50,6 +52,10 @@ pub struct Scenario {
     pub model: Model,
     /// Names of the arm's joints, from the base outwards.
     pub joints: Vec<String>,
+    /// Lines of `check` about the joints that are held.
+    pub(crate) held_joints: Vec<String>,
+    /// Joints for which the URDF states torque, speed or friction.
+    pub(crate) rated_joints: usize,
     /// Effects that a diagnosis has identified.
     pub identified: Vec<IdentifiedEffect>,
     /// The file.
@@ -139,10 +145,6 @@ impl Scenario {
         (text, beside)
     }
 
-    pub(crate) fn urdf(&self) -> Option<&Source> {
-        self.urdf.as_ref()
-    }
-
     pub(crate) fn source(&self) -> &Source {
         &self.source
     }
@@ -193,6 +195,8 @@ impl Scenario {
             title: file.title.value.clone(),
             model,
             joints: bodies.joints,
+            held_joints: bodies.held_joints,
+            rated_joints: bodies.rated_joints,
             identified: Vec::new(),
             source: c.source.clone(),
             urdf: bodies.urdf,
@@ -265,13 +269,14 @@ fn compile(c: &mut Checker, file: &ScenarioFile, bodies: &Bodies, known: Option<
     let mut nominal = Params::null();
     start(c, &file.start, &mut nominal);
     bodies.masses(&mut nominal);
+    held::check(c, file, bodies.held, &nominal);
     let (contact, meshes) = contact::read(c, file, &mut nominal);
     let station = known.cloned().or_else(|| facility::station(c, &file.facility));
     let (facility, robot) = facility::read(c, &file.facility, station.as_ref(), &timing, &mut nominal);
     let guidance = Guidance {
         thrust: control::thrust(c, &file.guidance),
         // Without its URDF an arm has no joints to control; that problem is noted already.
-        arm: control::arm(c, file.arm.as_ref().filter(|_| bodies.urdf.is_some()), bodies.links.len()),
+        arm: control::arm(c, file.arm.as_ref().filter(|_| bodies.urdf.is_some()), &bodies.slides),
         plan: file.arm.as_ref().filter(|_| bodies.urdf.is_some()).and_then(|arm| {
             arm_plan::read(c, arm, bodies, (&timing, file.latch.is_some(), !contact.fingers.is_empty()), &mut nominal)
         }),
@@ -289,6 +294,7 @@ fn compile(c: &mut Checker, file: &ScenarioFile, bodies: &Bodies, known: Option<
         base_inertia: bodies.base_inertia,
         base_pose: place_base(c, file, bodies),
         links: bodies.links.clone(),
+        slides: bodies.slides.clone(),
         tool: bodies.tool,
         drives: bodies.drives.clone(),
         brakes: bodies.brakes,
@@ -296,6 +302,7 @@ fn compile(c: &mut Checker, file: &ScenarioFile, bodies: &Bodies, known: Option<
         target_inertia: bodies.target_inertia,
         target_pose: bodies.target_pose,
         seat: bodies.seat,
+        held: bodies.held,
         contact,
         guidance,
         orbit_rate,
@@ -314,9 +321,9 @@ fn place_base(c: &mut Checker, file: &ScenarioFile, bodies: &Bodies) -> softdock
     match (&file.start.gap, stated) {
         (Some(gap), None) => {
             let gap = c.number(gap, "m", Range::size(LENGTH));
-            base_from_tool(end_frame(&bodies.links, &bodies.angles, bodies.tool), gap)
+            base_from_tool(end_frame(&bodies.links, &bodies.slides, &bodies.angles, bodies.tool), gap)
         }
-        (None, Some(_)) => c.pose(&file.base.position, &file.base.rotation),
+        (None, Some(_)) => c.pose(&file.base.position, &file.base.rotation).compose(bodies.centre),
         (Some(_), Some(stated)) => {
             let message = "the base is placed twice: here and by `start.gap`";
             c.refuse(&stated.span, message, "remove one of them");

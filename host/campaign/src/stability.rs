@@ -2,7 +2,7 @@
 //!
 //! Semi-implicit Euler is stable up to w dt = 2; half a radian leaves room for sixteen points in contact at once.
 
-use crate::mobility::{Chaser, greatest, target_about_com, target_at_point};
+use crate::mobility::{Chaser, effective_mass, greatest, target_about_com, target_at_point};
 use nalgebra::{DMatrix, DVector, Matrix3};
 use softdock_kernels::arm_plan::ArmPhase;
 use softdock_kernels::contact::mesh::ShellPoint;
@@ -69,6 +69,15 @@ pub(crate) fn faults(m: &Model, extremes: &Extremes) -> Vec<Fault> {
             remedy: "check the masses and inertias of base and links: they differ by too many orders".to_owned(),
         }];
     };
+    if effective_mass(m, low.base_mass, low.target_mass).is_none() {
+        return vec![Fault {
+            key: "base.held".to_owned(),
+            parameter: None,
+            message: "base and target are held, and no joint moves part A along the approach axis at the start"
+                .to_owned(),
+            remedy: "write other arm.angles, or remove base.held or target.held".to_owned(),
+        }];
+    }
     let mut springs = contact(m, extremes, &chaser);
     springs.extend(arm(m, &chaser));
     springs.extend(drives(m, &chaser));
@@ -377,7 +386,7 @@ fn controller(m: &Model, chaser: &Chaser, control: ArmControl, key: &str) -> Vec
                 let (value, joint) = joint_gain(&at_motors(m, chaser), &gains[..count]);
                 let mobility = if gains[joint] > 0.0 { value / gains[joint] } else { 0.0 };
                 let (k, b) = if is_stiffness { (gains[joint], 0.0) } else { (0.0, gains[joint]) };
-                held(format!("controller of joint {}", joint + 1), k, b, mobility, "kg m^2")
+                held(format!("controller of joint {}", joint + 1), k, b, mobility, inertia_unit(m, joint))
             })
             .collect(),
         ArmControl::ComputedTorque { bandwidth, damping_ratio } => {
@@ -398,10 +407,15 @@ fn controller(m: &Model, chaser: &Chaser, control: ArmControl, key: &str) -> Vec
             vec![
                 held("translational impedance".to_owned(), stiffness, damping, linear, "kg"),
                 held("rotational impedance".to_owned(), rotation_stiffness, rotation_damping, angular, "kg m^2"),
-                held(format!("damping of joint {}", joint + 1), 0.0, joint_damping, mobility, "kg m^2"),
+                held(format!("damping of joint {}", joint + 1), 0.0, joint_damping, mobility, inertia_unit(m, joint)),
             ]
         }
     }
+}
+
+/// Unit of what a joint's torque, or the force of one that slides, moves.
+fn inertia_unit(m: &Model, joint: usize) -> &'static str {
+    if m.slides(joint) { "kg" } else { "kg m^2" }
 }
 
 /// Mobility of what the controller's torques act on: the joints, or their motors, of which each has its rotor at least.
@@ -420,7 +434,7 @@ fn drives(m: &Model, chaser: &Chaser) -> Vec<Spring> {
     for (i, own) in m.drives.iter().enumerate() {
         let mut add = |what: &str, key: &str, stiffness: f64, damping: f64, mobility: f64| {
             let what = format!("{what} of joint {}", i + 1);
-            let spring = held(what, key, stiffness, damping, mobility, "kg m^2");
+            let spring = held(what, key, stiffness, damping, mobility, inertia_unit(m, i));
             springs.push(Spring { held: false, ..spring });
         };
         let (joint, rotor) = (mobility[(i, i)], 1.0 / own.drive.reflected_inertia());

@@ -158,7 +158,7 @@ fn a_comparison_is_cut_as_the_draws_are() {
 #[test]
 fn the_probe_stands_before_the_drogue() {
     let model = shipped("probe_drogue.toml").scenario.model;
-    let tool = crate::placement::end_frame(&model.links, &model.start_angles, model.tool);
+    let tool = crate::placement::end_frame(&model.links, &model.slides, &model.start_angles, model.tool);
     let part_a = model.base_pose.compose(tool);
     assert!((part_a.position.x + 0.04).abs() < 1e-12 && part_a.position.y.abs() + part_a.position.z.abs() < 1e-12);
     assert!(part_a.attitude.v.norm() < 1e-12);

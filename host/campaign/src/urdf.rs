@@ -64,7 +64,7 @@ impl UrdfRobot {
     }
 
     fn of(source: &Source) -> Result<Self, Problems> {
-        let arm = match arm::read(source, Pose::identity(), BaseMass::Ignored) {
+        let arm = match arm::read(source, Pose::identity(), BaseMass::Ignored, arm::Stated::default()) {
             Ok(arm) => arm,
             Err(problems) => return Err(Problems::check(problems).expect_err("a chain without problems is read")),
         };

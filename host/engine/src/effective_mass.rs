@@ -22,7 +22,12 @@ fn at_start<const N: usize>(plant: &Plant, run: &Finished, normal: Vec3<f64>, le
     let k = kinematics(plant, &masses, &bodies);
     let idle = Actuation { braked: 0.0, thrust: Vec3::zero(), torque: Vec3::zero(), joint: [0.0; N] };
     // A force that changes the speed by about 1 mm/s: far above rounding, far below large rotations.
-    let push = 1e-3 / plant.timing.substep * masses.base_mass.min(masses.target_mass);
+    let moving = [
+        (!plant.held.base).then_some(masses.base_mass),
+        (!plant.held.target).then_some(masses.target_mass),
+        (plant.held.base && N > 0).then_some(plant.chain.mass),
+    ];
+    let push = 1e-3 / plant.timing.substep * moving.into_iter().flatten().fold(f64::INFINITY, f64::min);
     let separation = |force: f64| {
         let force = normal * force;
         let mut next = bodies;

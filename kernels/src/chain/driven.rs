@@ -4,7 +4,7 @@
 //! gives way less than freely. No closures here, see [`super::inertia`].
 
 use super::Turn;
-use super::dynamics::{Course, Posture, Response};
+use super::dynamics::{Course, Posture, Response, slid};
 use super::inertia::{Articulated, Force};
 use crate::real::Real;
 use crate::vector::{Mat3, Sym3, Vec3, vec3};
@@ -43,7 +43,7 @@ impl<R: Real, const N: usize> Posture<'_, R, N> {
         Posture { chain, turns, base_mass: R::lit(0.0), base_inertia_scale: R::lit(0.0) }
     }
 
-    /// Where the links are.
+    /// Where the links are, in a chain whose joints turn.
     #[inline(always)]
     pub(crate) fn frames(&self) -> Frames<R, N> {
         let (zero, one) = (R::lit(0.0), R::lit(1.0));
@@ -98,7 +98,7 @@ impl<R: Real, const N: usize> Posture<'_, R, N> {
         self.holding(lifted, first, mass)
     }
 
-    /// Torques that hold masses at rest, from each link's mass and its first moment.
+    /// Torques that hold masses at rest in a chain whose joints turn, from each link's mass and its first moment.
     ///
     /// By the lever of all that a joint carries, not by what its links pass on: a joint along `lifted` then carries
     /// exactly nothing, where sums of passed moments leave their rounding.
@@ -119,9 +119,9 @@ impl<R: Real, const N: usize> Posture<'_, R, N> {
         torque
     }
 
-    /// The chain under joint torques \[N m\] and a wrench `tip` on the last link, about its origin in its axes.
+    /// The chain under joint torques \[N m\], or forces \[N\] of joints that slide, and a wrench `tip` on the last link, about its origin in its axes.
     ///
-    /// `armature` \[kg m^2\] is felt by the joint's own acceleration alone; `base` is how the base moves, its acceleration
+    /// `armature` \[kg m^2, kg\] is felt by the joint's own acceleration alone; `base` is how the base moves, its acceleration
     /// minus gravity.
     #[inline(always)]
     pub(crate) fn folded(
@@ -148,10 +148,14 @@ impl<R: Real, const N: usize> Posture<'_, R, N> {
             let (link, turn) = (&self.chain.links[i], self.turns[i]);
             body = body.plus_link(link);
             load = load.plus(give[i]);
-            let resistance = body.about_z();
-            let inverse = R::lit(-1.0) / (resistance.moment.z + armature[i]);
+            let resistance = body.resistance(link);
+            let (own, felt) = match link.slides {
+                true => (resistance.force.z, load.force.z),
+                false => (resistance.moment.z, load.moment.z),
+            };
+            let inverse = R::lit(-1.0) / (own + armature[i]);
             give[i] = Force { moment: resistance.moment * inverse, force: resistance.force * inverse };
-            let excess = load.moment.z - torque[i];
+            let excess = felt - torque[i];
             joint[i] = excess * inverse;
             let left = Force {
                 moment: give[i].moment.scale_add(excess, load.moment),
@@ -209,9 +213,16 @@ impl<R: Real, const N: usize> Folded<R, N> {
             let (link, turn) = (&posture.chain.links[i], posture.turns[i]);
             let moved = (-link.origin).cross_onto(turning, acceleration);
             (turning, acceleration) = (link.outwards(turn, turning), link.outwards(turn, moved));
+            if link.slides {
+                acceleration = slid(turning, acceleration, link.travel(turn));
+            }
             let Force { moment, force } = self.give[i];
             *joint = *joint + moment.dot(turning) + force.dot(acceleration);
-            turning.z = turning.z + *joint;
+            if link.slides {
+                acceleration.z = acceleration.z + *joint;
+            } else {
+                turning.z = turning.z + *joint;
+            }
         }
         joint
     }

@@ -67,9 +67,12 @@ impl<R: Real> Course<R> {
         }
     }
 
-    /// Of the next link, whose joint turns at `rate` and gains `gain`.
+    /// Of the next link, whose joint moves at `rate` and gains `gain`.
     #[inline(always)]
     fn outwards(&self, field: &Mat3<R>, link: &ChainLink, turn: Turn<R>, rate: R, gain: R) -> Self {
+        if link.slides {
+            return self.slid(field, link, turn, rate, gain);
+        }
         let inner = link.outwards(turn, self.rate);
         let turning = link.outwards(turn, self.turning);
         Self {
@@ -77,6 +80,21 @@ impl<R: Real> Course<R> {
             turning: vec3(inner.y.mul_add(rate, turning.x), inner.x.mul_add(-rate, turning.y), turning.z + gain),
             acceleration: link.outwards(turn, field.times_onto(link.origin, self.acceleration)),
         }
+    }
+}
+
+impl<R: Real> Course<R> {
+    /// Of the next link, whose joint slides at `rate` and gains `gain`.
+    #[inline(always)]
+    fn slid(&self, field: &Mat3<R>, link: &ChainLink, turn: Turn<R>, rate: R, gain: R) -> Self {
+        let acceleration = link.outwards(turn, field.times_onto(link.origin, self.acceleration));
+        let still =
+            Self { rate: link.outwards(turn, self.rate), turning: link.outwards(turn, self.turning), acceleration };
+        // What the travel adds in these axes, and Coriolis' acceleration.
+        let along = still.field().z.scale_add(link.travel(turn), acceleration);
+        let (w, twice) = (still.rate, rate + rate);
+        let acceleration = vec3(w.y.mul_add(twice, along.x), w.x.mul_add(-twice, along.y), along.z + gain);
+        Self { acceleration, ..still }
     }
 }
 
@@ -108,19 +126,27 @@ impl<R: Real, const N: usize> Posture<'_, R, N> {
     /// The arm as one body, and the momentum of its joint rates.
     #[inline(always)]
     pub(crate) fn composite(&self, rate: &[R; N]) -> Composite<R> {
-        let (mut body, mut momentum, mut mass) = (Rigid::zero(), Force::zero(), 0.0);
+        let (mut body, mut momentum, mut mass) = (Rigid::<R>::zero(), Force::<R>::zero(), 0.0);
         for i in (0..N).rev() {
             let (link, turn) = (&self.chain.links[i], self.turns[i]);
             body = body.plus_link(link);
             mass += link.mass;
             let (first, inertia) = (body.first, body.inertia);
-            let own = Force {
-                moment: vec3(inertia.xz, inertia.yz, inertia.zz).scale_add(rate[i], momentum.moment),
-                force: vec3(
-                    first.y.mul_add(-rate[i], momentum.force.x),
-                    first.x.mul_add(rate[i], momentum.force.y),
-                    momentum.force.z,
-                ),
+            let own = if link.slides {
+                let (m, f) = (momentum.moment, momentum.force);
+                Force {
+                    moment: vec3(first.y.mul_add(rate[i], m.x), first.x.mul_add(-rate[i], m.y), m.z),
+                    force: vec3(f.x, f.y, R::lit(mass).mul_add(rate[i], f.z)),
+                }
+            } else {
+                Force {
+                    moment: vec3(inertia.xz, inertia.yz, inertia.zz).scale_add(rate[i], momentum.moment),
+                    force: vec3(
+                        first.y.mul_add(-rate[i], momentum.force.x),
+                        first.x.mul_add(rate[i], momentum.force.y),
+                        momentum.force.z,
+                    ),
+                }
             };
             momentum = own.inwards(link, turn);
             body = body.inwards(link, turn, mass);
@@ -136,6 +162,15 @@ impl<R: Real, const N: usize> Posture<'_, R, N> {
         for i in (0..N).rev() {
             let (link, turn) = (&self.chain.links[i], self.turns[i]);
             let (p, v, w) = (reach.position, reach.velocity, reach.omega);
+            if link.slides {
+                let position = vec3(p.x, p.y, p.z + link.travel(turn));
+                reach = Reach {
+                    position: link.inwards(turn, position) + Vec3::lit(link.origin),
+                    velocity: link.inwards(turn, vec3(v.x, v.y, v.z + rate[i])),
+                    omega: link.inwards(turn, w),
+                };
+                continue;
+            }
             let velocity = vec3(p.y.mul_add(-rate[i], v.x), p.x.mul_add(rate[i], v.y), v.z);
             reach = Reach {
                 position: link.inwards(turn, p) + Vec3::lit(link.origin),
@@ -174,13 +209,13 @@ impl<R: Real, const N: usize> Posture<'_, R, N> {
         course
     }
 
-    /// Moments about the joints of what their links pass on inwards, and the base's share.
+    /// Moments about the joints of what their links pass on inwards (forces along those that slide), and the base's share.
     #[inline(always)]
     pub(crate) fn passed(&self, forces: &[Force<R>; N], tip: Force<R>) -> ([R; N], Force<R>) {
         let (mut sum, mut joint) = (tip, [R::lit(0.0); N]);
         for i in (0..N).rev() {
             sum = sum.plus(forces[i]);
-            joint[i] = sum.moment.z;
+            joint[i] = if self.chain.links[i].slides { sum.force.z } else { sum.moment.z };
             sum = sum.inwards(&self.chain.links[i], self.turns[i]);
         }
         (joint, sum)
@@ -209,6 +244,21 @@ impl<R: Real, const N: usize> Posture<'_, R, N> {
             let (link, turn) = (&self.chain.links[i], self.turns[i]);
             body = body.plus_link(link);
             load = load.plus(links[i]);
+            if link.slides {
+                let resistance = body.resistance(link);
+                let inverse = R::lit(-1.0) / resistance.force.z;
+                let give = Force { moment: resistance.moment * inverse, force: resistance.force * inverse };
+                let excess = load.force.z - torque[i];
+                joint[i] = excess * inverse;
+                let left = Force {
+                    moment: give.moment.scale_add(excess, load.moment),
+                    force: give.force.scale_add(excess, load.force),
+                };
+                load = left.inwards(link, turn);
+                body = body.inwards_geared(give, link, turn);
+                links[i] = give;
+                continue;
+            }
             let resistance = body.about_z();
             let inverse = R::lit(-1.0) / resistance.moment.z;
             let give = Force { moment: resistance.moment * inverse, force: resistance.force * inverse };
@@ -251,12 +301,25 @@ impl<R: Real, const N: usize> Posture<'_, R, N> {
             let moved = (-link.origin).cross_onto(turning, acceleration);
             (turning, acceleration) = (link.outwards(turn, turning), link.outwards(turn, moved));
             let Force { moment, force } = give[i];
+            if link.slides {
+                acceleration = slid(turning, acceleration, link.travel(turn));
+                joint[i] = joint[i] + moment.dot(turning) + force.dot(acceleration);
+                acceleration.z = acceleration.z + joint[i];
+                continue;
+            }
             let along = moment.x.mul_add(turning.x, moment.y.mul_add(turning.y, force.dot(acceleration)));
             joint[i] = joint[i] + (along - turning.z);
             turning.z = turning.z + joint[i];
         }
         joint
     }
+}
+
+/// Acceleration of a point that is so far ahead on the z axis.
+#[inline(always)]
+pub(super) fn slid<R: Real>(turning: Vec3<R>, acceleration: Vec3<R>, travel: R) -> Vec3<R> {
+    let (w, a) = (turning, acceleration);
+    vec3(w.y.mul_add(travel, a.x), w.x.mul_add(-travel, a.y), a.z)
 }
 
 impl<R: Real> Articulated<R> {

@@ -49,11 +49,19 @@ impl<R: Real> Force<R> {
         Self { moment: self.moment + o.moment, force: self.force + o.force }
     }
 
+    /// About a point that is so far behind on the z axis.
+    #[inline(always)]
+    fn slid(self, travel: R) -> Self {
+        let (m, f) = (self.moment, self.force);
+        Self { moment: vec3(f.y.mul_add(-travel, m.x), f.x.mul_add(travel, m.y), m.z), force: f }
+    }
+
     /// On the inner link, in its axes about its origin.
     #[inline(always)]
     pub(crate) fn inwards(self, link: &ChainLink, turn: Turn<R>) -> Self {
-        let force = link.inwards(turn, self.force);
-        Self { moment: link.origin.cross_onto(force, link.inwards(turn, self.moment)), force }
+        let own = if link.slides { self.slid(link.travel(turn)) } else { self };
+        let force = link.inwards(turn, own.force);
+        Self { moment: link.origin.cross_onto(force, link.inwards(turn, own.moment)), force }
     }
 }
 
@@ -71,14 +79,33 @@ impl<R: Real> Rigid<R> {
     /// Seen from the inner link, in its axes about its origin; `mass` is that of the body.
     #[inline(always)]
     pub(crate) fn inwards(self, link: &ChainLink, turn: Turn<R>, mass: f64) -> Self {
-        let first = link.inwards(turn, self.first);
-        let inertia = tilted(turned(self.inertia, turn), link.tilt);
+        let own = if link.slides { self.slid(link.travel(turn), mass) } else { self };
+        let first = link.inwards(turn, own.first);
+        let inertia = tilted(turned(own.inertia, link.turn(turn)), link.tilt);
         let r = link.origin;
         let mut body = Self { first, inertia };
         for along in [r.x, r.y, r.z] {
             body = body.shifted_along_x(along, mass).cycled();
         }
         body
+    }
+
+    /// About a point that is so far behind on the z axis; parallel axes.
+    #[inline(always)]
+    fn slid(self, travel: R, mass: f64) -> Self {
+        let (Vec3 { x, y, z }, inertia) = (self.first, self.inertia);
+        let moved = travel * R::lit(mass);
+        let across = (z + z + moved) * travel;
+        Self {
+            first: vec3(x, y, z + moved),
+            inertia: Sym3 {
+                xx: inertia.xx + across,
+                yy: inertia.yy + across,
+                xz: x.mul_add(-travel, inertia.xz),
+                yz: y.mul_add(-travel, inertia.yz),
+                ..inertia
+            },
+        }
     }
 
     /// About a point that is so far behind on the x axis; parallel axes.
@@ -150,7 +177,20 @@ impl<R: Real> Articulated<R> {
         Force { moment: vec3(self.rotation.xz, self.rotation.yz, self.rotation.zz), force: self.coupling.z }
     }
 
-    /// Seen from the inner link behind a free joint; `give` is the resistance about z over minus its own moment.
+    /// Resistance to a motion along z: the force that a unit acceleration along z takes.
+    #[inline(always)]
+    fn along_z(&self) -> Force<R> {
+        let (c, m) = (self.coupling, self.translation);
+        Force { moment: vec3(c.x.z, c.y.z, c.z.z), force: vec3(m.xz, m.yz, m.zz) }
+    }
+
+    /// Resistance to the motion that a link's joint allows.
+    #[inline(always)]
+    pub(crate) fn resistance(&self, link: &ChainLink) -> Force<R> {
+        if link.slides { self.along_z() } else { self.about_z() }
+    }
+
+    /// Seen from the inner link behind a free joint that turns; `give` is the resistance about z over minus its own moment.
     #[inline(always)]
     pub(crate) fn inwards(&self, give: Force<R>, link: &ChainLink, turn: Turn<R>) -> Self {
         self.released(give).turned(turn).tilted(link.tilt).shifted(link.origin)
@@ -168,11 +208,11 @@ impl<R: Real> Articulated<R> {
         }
     }
 
-    /// Seen from the inner link behind a joint that moves against a rotor; `give` is the resistance about z over minus its
-    /// own moment and the rotor's.
+    /// Seen from the inner link behind a joint that moves against a rotor; `give` is the joint's resistance over minus its
+    /// own moment, or force along z, and the rotor's.
     #[inline(always)]
     pub(crate) fn inwards_geared(&self, give: Force<R>, link: &ChainLink, turn: Turn<R>) -> Self {
-        let own = self.about_z();
+        let own = self.resistance(link);
         let (c, g) = (self.coupling, give.moment);
         let coupling = Mat3 {
             x: own.force.scale_add(g.x, c.x),
@@ -184,7 +224,14 @@ impl<R: Real> Articulated<R> {
             coupling,
             translation: self.translation.plus_outer(give.force, own.force),
         };
-        left.turned(turn).tilted(link.tilt).shifted(link.origin)
+        let left = if link.slides { left.slid(link.travel(turn)) } else { left };
+        left.turned(link.turn(turn)).tilted(link.tilt).shifted(link.origin)
+    }
+
+    /// About a point that is so far behind on the z axis.
+    #[inline(always)]
+    fn slid(self, travel: R) -> Self {
+        self.cycled().cycled().moved_along_x(travel).cycled()
     }
 
     /// In the axes from which these are turned about z.
@@ -213,13 +260,16 @@ impl<R: Real> Articulated<R> {
         self
     }
 
-    /// About a point that is so far behind on the x axis: `J + [r] C_old + ([r] C_new)^T`.
+    /// About a point that is so far behind on the x axis, which may be no way at all.
     #[inline(always)]
     fn shifted_along_x(self, r: f64) -> Self {
-        if r == 0.0 {
-            return self;
-        }
-        let (r, c, m) = (R::lit(r), self.coupling, self.translation);
+        if r == 0.0 { self } else { self.moved_along_x(R::lit(r)) }
+    }
+
+    /// About a point that is so far behind on the x axis: `J + [r] C_old + ([r] C_new)^T`.
+    #[inline(always)]
+    fn moved_along_x(self, r: R) -> Self {
+        let (c, m) = (self.coupling, self.translation);
         let y = vec3(m.xz, m.yz, m.zz).scale_add(-r, c.y);
         let z = vec3(m.xy, m.yy, m.yz).scale_add(r, c.z);
         let rotation = Sym3 {

@@ -5,6 +5,10 @@
 //! constants of usual arms are exactly 0 or 1, which branches on the model make use of: lanes would multiply by them,
 //! and the tracer's constants choose the branch. McMillan and Orin, IEEE Trans. Robotics and Automation 11 (1995) 841;
 //! unlike Denavit-Hartenberg frames, origins stay at the joints, so that nearly parallel axes do no harm.
+//!
+//! A joint turns about its z axis or slides along it; which one is a constant of the link, and a chain whose joints all
+//! turn has the terms of turns alone. A joint that slides keeps its constant turn; its travel has the place of the turn
+//! in arrays of [`Turn`], see [`ChainLink::travel`].
 
 pub(crate) mod driven;
 pub(crate) mod dynamics;
@@ -42,7 +46,9 @@ pub struct Chain {
 /// One link.
 #[derive(Clone, Copy, Debug)]
 pub struct ChainLink {
-    /// Origin in the inner link's axes \[m\].
+    /// The joint slides along z, it does not turn.
+    pub slides: bool,
+    /// Origin in the inner link's axes, of a joint that slides at the start posture \[m\].
     pub origin: Vec3<f64>,
     /// Turn about the inner link's x axis, from its z axis to this one's.
     pub tilt: Turn<f64>,
@@ -71,13 +77,12 @@ bundle! {
 }
 
 impl Chain {
-    /// The chain of links; `start` has each one's attitude in its parent at the start posture, `tool` is part A's pose in
-    /// the last link's frame, `base_inertia` about the base's origin.
-    pub(crate) fn new(links: &[Link], start: &[Quat<f64>], tool: Pose<f64>, base_inertia: Sym3<f64>) -> Self {
+    /// The chain of links; `start` has each one's pose in its parent at the start posture, `tool` is part A's pose in
+    /// the last link's frame, `base_inertia` about the base's origin. All joints turn.
+    pub(crate) fn new(links: &[Link], start: &[Pose<f64>], tool: Pose<f64>, base_inertia: Sym3<f64>) -> Self {
         let mut poses = vec![Pose::identity()];
-        for (link, attitude) in links.iter().zip(start) {
-            let inner = poses[poses.len() - 1];
-            poses.push(inner.compose(Pose { position: link.origin.position, attitude: *attitude }));
+        for pose in start {
+            poses.push(poses[poses.len() - 1].compose(*pose));
         }
         let axes = chain_axes(&poses);
         let links: Vec<_> = (1..poses.len()).map(|i| ChainLink::new(&links[i - 1], i, &poses, &axes)).collect();
@@ -132,6 +137,7 @@ impl ChainLink {
         let tilt = inner.z.cross(own.z).dot(inner.x).atan2(inner.z.dot(own.z));
         let start_angle = inner.x.cross(own.x).dot(own.z).atan2(inner.x.dot(own.x));
         Self {
+            slides: false,
             origin: inner.transposed_times(poses[i].position - poses[i - 1].position).map(clean),
             tilt: Turn::of_angle(tilt),
             half_tilt: Turn::of_angle(0.5 * tilt),
@@ -150,22 +156,42 @@ impl ChainLink {
         about_z(about_x(inner, Turn::lit(self.half_tilt)), half)
     }
 
+    /// What an array of turns has for a joint that slides by a travel \[m\].
+    #[inline(always)]
+    pub(crate) fn slid<R: Real>(travel: R) -> Turn<R> {
+        Turn { cos: R::lit(1.0), sin: travel }
+    }
+
+    /// Travel of a joint that slides from the start posture \[m\]; `joint` is its place in an array of turns.
+    #[inline(always)]
+    pub(crate) fn travel<R: Real>(&self, joint: Turn<R>) -> R {
+        joint.sin
+    }
+
+    /// The turn about z of a joint, which one that slides does not change; `joint` is its place in an array of turns.
+    #[inline(always)]
+    pub(crate) fn turn<R: Real>(&self, joint: Turn<R>) -> Turn<R> {
+        if self.slides { Turn::lit(self.start_turn) } else { joint }
+    }
+
     /// A vector of this link's axes in the inner link's.
     #[inline(always)]
     pub(crate) fn inwards<R: Real>(&self, turn: Turn<R>, v: Vec3<R>) -> Vec3<R> {
+        let turn = self.turn(turn);
         self.tilt.about_x(turn.about_z(v))
     }
 
     /// A vector of the inner link's axes in this link's.
     #[inline(always)]
     pub(crate) fn outwards<R: Real>(&self, turn: Turn<R>, v: Vec3<R>) -> Vec3<R> {
-        let v = self.tilt.back().about_x(v);
+        let (v, turn) = (self.tilt.back().about_x(v), self.turn(turn));
         vec3(v.x.mul_add(turn.cos, v.y * turn.sin), v.y.mul_add(turn.cos, v.x * -turn.sin), v.z)
     }
 }
 
 impl Turn<f64> {
-    fn of_angle(angle: f64) -> Self {
+    /// The turn by an angle \[rad\], with exact quarters.
+    pub(crate) fn of_angle(angle: f64) -> Self {
         let (sin, cos) = (clean(angle.sin()), clean(angle.cos()));
         // Exactly 0 and 1, or the axes would not stay square.
         let one = |value: f64, other: f64| if other == 0.0 { value.signum() } else { value };

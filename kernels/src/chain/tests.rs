@@ -24,6 +24,7 @@ fn links() -> Vec<ChainLink> {
     let quarter = std::f64::consts::FRAC_PI_2;
     let shifts = [[0.0; 3], [0.3, 0.0, 0.0], [0.0, -0.2, 0.0], [0.0, 0.0, 0.7], [0.4, 0.0, -0.1], [0.3, -0.2, 0.5]];
     let link = |angle: f64, [x, y, z]: [f64; 3]| ChainLink {
+        slides: false,
         origin: vec3(x, y, z),
         tilt: Turn::of_angle(angle),
         half_tilt: Turn::of_angle(0.5 * angle),

@@ -37,7 +37,7 @@ impl Arm {
             links.push(Link { origin, mass, com: own.rotate_back(com), inertia });
             inner = own;
         }
-        let start: Vec<_> = links.iter().map(|link| link.origin.attitude).collect();
+        let start: Vec<_> = links.iter().map(|link| link.origin).collect();
         let tool =
             Pose { position: inner.rotate_back(tool.position), attitude: inner.conjugate().compose(tool.attitude) };
         let chain = Chain::new(&links, &start, tool, Sym3::splat(0.0));

@@ -7,7 +7,7 @@ use softdock_kernels::model::{ContactPoint, Shape, Side};
 use softdock_kernels::params::Params;
 use softdock_kernels::plant::{Plant, PointSource, PreparedSolid};
 use softdock_kernels::space::Parts;
-use softdock_kernels::vector::{Pose, Quat, Vec3, vec3};
+use softdock_kernels::vector::{Pose, Vec3, vec3};
 
 use std::collections::BTreeMap;
 
@@ -123,12 +123,11 @@ impl<'a> Scene<'a> {
         let b = Pose { position: parts.b.position, attitude: parts.b.attitude };
         let base = a.compose(plant.tool_start.inverse());
         let mut link = base;
-        let joint = |(part, angle): (&softdock_kernels::model::Link, &f64)| {
-            let turn = Quat { w: (0.5 * angle).cos(), v: vec3(0.0, 0.0, (0.5 * angle).sin()) };
-            link = link.compose(part.origin).compose(Pose { position: Vec3::zero(), attitude: turn });
+        let joint = |(number, angle): (usize, &f64)| {
+            link = link.compose(plant.link_pose(number, *angle));
             link.position
         };
-        let joints = plant.links.iter().zip(&plant.start_angles).map(joint).collect();
+        let joints = plant.start_angles.iter().enumerate().map(joint).collect();
         Self { plant, parts, a, b, base, joints, target: b.compose(plant.seat.inverse()) }
     }
 
@@ -531,6 +530,7 @@ mod tests {
     use softdock_kernels::contact::mesh::{Ball, Grid};
     use softdock_kernels::lookup::LookupTable;
     use softdock_kernels::model::{Model, Solid};
+    use softdock_kernels::vector::Quat;
     use std::path::Path;
     use std::sync::Arc;
 

@@ -1,5 +1,6 @@
 //! Drives of the arm in space: motors, gears, friction, stops and brakes of its joints.
 
+use super::sliding::units;
 use crate::arm::{Arm, JointRating};
 use crate::check::{Checker, span_of};
 use crate::written::At;
@@ -18,24 +19,33 @@ const STATIC_SPEED: f64 = 0.01;
 /// Values of one key, one for each joint.
 struct PerJoint<'a> {
     c: &'a mut Checker,
-    joints: usize,
+    /// Which joints slide.
+    slides: &'a [bool],
 }
 
 impl PerJoint<'_> {
     /// One value for all joints, or a list with one for each; none if the key is not written.
-    fn read(&mut self, written: &Option<At<OneOrMore>>, unit: &str, range: Range) -> Option<Vec<f64>> {
+    fn read(&mut self, written: &Option<At<OneOrMore>>, unit: &'static str, range: Range) -> Option<Vec<f64>> {
         let At { value, span } = written.as_ref()?;
+        let units = units(self.slides, unit);
         match value {
-            OneOrMore::One(scalar) => Some(vec![self.c.scalar(scalar, span, unit, range); self.joints]),
+            OneOrMore::One(scalar) => {
+                // One value has one unit: where joints of both kinds are, all but a pure number is refused for one kind.
+                let mut kinds = units.clone();
+                kinds.dedup();
+                kinds.truncate(2);
+                let values: Vec<f64> = kinds.iter().map(|unit| self.c.scalar(scalar, span, unit, range)).collect();
+                Some(vec![values.first().copied().unwrap_or(1.0); units.len()])
+            }
             OneOrMore::More(items) => {
                 let items = At { value: items.clone(), span: span.clone() };
-                Some(self.c.list(&items, self.joints, unit, range))
+                Some(self.c.list_of(&items, &units, range))
             }
         }
     }
 
-    fn read_or(&mut self, written: &Option<At<OneOrMore>>, default: f64, unit: &str, range: Range) -> Vec<f64> {
-        self.read(written, unit, range).unwrap_or_else(|| vec![default; self.joints])
+    fn read_or(&mut self, written: &Option<At<OneOrMore>>, default: f64, unit: &'static str, range: Range) -> Vec<f64> {
+        self.read(written, unit, range).unwrap_or_else(|| vec![default; self.slides.len()])
     }
 
     /// The same with what the URDF states of each joint as default.
@@ -44,7 +54,7 @@ impl PerJoint<'_> {
         written: &Option<At<OneOrMore>>,
         (arm, rated): (&Arm, fn(&JointRating) -> Option<f64>),
         default: f64,
-        unit: &str,
+        unit: &'static str,
         range: Range,
     ) -> Vec<f64> {
         let own = || arm.ratings.iter().map(|rating| rated(rating).unwrap_or(default)).collect();
@@ -58,7 +68,7 @@ pub(super) fn read(c: &mut Checker, table: &ArmDriveTable, arm: &Arm, angles: &[
     let (stiff, damp) = (Range::above(0.0, STIFFNESS), Range::within(0.0, DAMPING));
     let (torque, positive) = (Range::within(0.0, FORCE), Range::above(0.0, FORCE));
     refuse_alone(c, table);
-    let mut per = PerJoint { c, joints };
+    let mut per = PerJoint { c, slides: &arm.slides };
     let inertia = Some(table.rotor_inertia.clone());
     let rotor = per.read_or(&inertia, 1.0, "kg m^2", Range::above(0.0, INERTIA));
     let ratio = per.read_or(&table.gear_ratio, 1.0, "1", Range::within(0.1, 1e5));

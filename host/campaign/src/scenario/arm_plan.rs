@@ -1,6 +1,6 @@
 //! Phases of the arm's motion, with their guards; the camera and the force sensor of the arm.
 
-use super::bodies::Bodies;
+use super::bodies::{Bodies, joint_places};
 use super::control::{self, IDLE};
 use crate::check::{Checker, span_of, take_parameters};
 use crate::units::show;
@@ -9,7 +9,7 @@ use crate::written::{At, Quantity};
 use softdock_kernels::arm_plan::{ArmGuard, ArmPhase, ArmPlan, Camera, Compliance, Goal, IMAGES, Pace};
 use softdock_kernels::model::{ArmControl, MAX_JOINTS, Timing};
 use softdock_kernels::params::Params;
-use softdock_kernels::range::{ANGLE, DAMPING, FORCE, INERTIA, MASS, RATE, Range, SPEED, STIFFNESS};
+use softdock_kernels::range::{DAMPING, FORCE, INERTIA, MASS, RATE, Range, SPEED, STIFFNESS};
 use softdock_kernels::vector::Vec3;
 
 /// Most phases of an arm.
@@ -41,7 +41,7 @@ pub(super) fn read(
         c.refuse(&arm.phase[MOST_PHASES].span, message, format!("write at most {MOST_PHASES}"));
         return None;
     }
-    let default = default_controller(c, arm, bodies.links.len(), &first.value);
+    let default = default_controller(c, arm, &bodies.slides, &first.value);
     let names: Vec<String> = arm.phase.iter().map(|phase| name(c, arm, &phase.value)).collect();
     let phases: Vec<ArmPhase> =
         (0..arm.phase.len()).map(|index| phase(c, arm, index, &names, default, (bodies, has_latch))).collect();
@@ -76,10 +76,10 @@ fn refuse_without_phases(c: &mut Checker, arm: &ArmTable) {
 }
 
 /// The controller of phases without one of their own.
-fn default_controller(c: &mut Checker, arm: &ArmTable, joints: usize, first: &PhaseTable) -> Option<ArmControl> {
+fn default_controller(c: &mut Checker, arm: &ArmTable, slides: &[bool], first: &PhaseTable) -> Option<ArmControl> {
     let lacking = arm.phase.iter().find(|phase| phase.value.controller.is_none());
     match (&arm.controller, lacking) {
-        (Some(table), Some(_)) => Some(control::controller(c, &table.value, joints)),
+        (Some(table), Some(_)) => Some(control::controller(c, &table.value, slides)),
         (Some(table), None) => {
             let remedy = "remove it, or leave out the `controller` of a phase";
             c.refuse(&table.span, "this does nothing: every phase has its own controller", remedy);
@@ -115,11 +115,13 @@ fn phase(
     (bodies, has_latch): (&Bodies, bool),
 ) -> ArmPhase {
     let At { value: table, span } = &arm.phase[index];
-    let joints = bodies.links.len();
-    let own = table.controller.as_ref().map(|own| control::controller(c, &own.value, joints));
+    let own = table.controller.as_ref().map(|own| control::controller(c, &own.value, &bodies.slides));
     let control = own.or(default).unwrap_or(IDLE);
     let (goal, pace) = match &table.to {
-        Some(to) => (goal(c, to, control, arm, bodies), pace(c, table, span, to.value.angles.is_some())),
+        Some(to) => (
+            goal(c, to, control, arm, bodies),
+            pace(c, table, span, (to.value.angles.is_some(), bodies.slides.contains(&true))),
+        ),
         None => {
             refuse_pace(c, table);
             (Goal::Hold, RESTING)
@@ -157,19 +159,14 @@ fn goal(c: &mut Checker, to: &At<GoalTable>, control: ArmControl, arm: &ArmTable
                 let remedy = "give the phase a controller with law = \"joint_pd\" or \"computed_torque\"";
                 c.refuse(&angles.span, "the phase's controller leads part A, not the joints", remedy);
             }
-            let listed = c.list(angles, bodies.links.len(), "rad", Range::size(ANGLE));
+            if bodies.slides.contains(&true) && bodies.slides.contains(&false) {
+                let remedy = "lead part A by a Cartesian controller and `frame`";
+                c.refuse(&angles.span, "joints that turn and joints that slide have no common speed", remedy);
+            }
+            let places = joint_places(c, angles, &bodies.slides, &bodies.limits, &bodies.joints);
             let mut wanted = [0.0; MAX_JOINTS];
-            for (i, angle) in listed.iter().enumerate() {
-                let (lower, upper) = bodies.limits.get(i).copied().unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
-                if !(lower..=upper).contains(angle)
-                    && let Some(written) = angles.value.get(i)
-                {
-                    let (lower, upper) = (lower.to_degrees(), upper.to_degrees());
-                    let remedy =
-                        format!("write an angle from {lower:.3} deg to {upper:.3} deg, the limits in the URDF");
-                    c.refuse(&written.span, format!("joint `{}` does not reach this angle", bodies.joints[i]), remedy);
-                }
-                wanted[i] = angle - bodies.angles.get(i).unwrap_or(&0.0);
+            for (i, place) in places.iter().enumerate() {
+                wanted[i] = place - bodies.angles.get(i).unwrap_or(&0.0);
             }
             Goal::Joints(wanted)
         }
@@ -195,9 +192,10 @@ fn goal(c: &mut Checker, to: &At<GoalTable>, control: ArmControl, arm: &ArmTable
 }
 
 /// Limits of a move, of part A or of each joint.
-fn pace(c: &mut Checker, table: &PhaseTable, span: &std::ops::Range<usize>, of_joints: bool) -> Pace {
-    let units = if of_joints { ["rad/s", "rad/s^2", "rad/s^3"] } else { ["m/s", "m/s^2", "m/s^3"] };
-    let most = if of_joints { RATE } else { SPEED };
+fn pace(c: &mut Checker, table: &PhaseTable, span: &std::ops::Range<usize>, (of_joints, slide): (bool, bool)) -> Pace {
+    let turn = of_joints && !slide;
+    let units = if turn { ["rad/s", "rad/s^2", "rad/s^3"] } else { ["m/s", "m/s^2", "m/s^3"] };
+    let most = if turn { RATE } else { SPEED };
     let mut needed = |written: &Option<Quantity>, name: &str, unit: &str, most: f64| match written {
         Some(written) => c.number(written, unit, Range::above(0.0, most)),
         None => {

@@ -1,5 +1,6 @@
 //! Guidance: the approach's thrust and the arm's controller.
 
+use super::sliding::units;
 use crate::check::{Checker, span_of};
 use crate::written::Quantities;
 use crate::written::scenario::{ArmTable, ControllerTable, GuidanceTable};
@@ -36,10 +37,10 @@ enum Law {
 pub(crate) const IDLE: ArmControl = ArmControl::JointPd { stiffness: [0.0; MAX_JOINTS], damping: [0.0; MAX_JOINTS] };
 
 /// The arm's controller, where it has no phases; without an arm one that has nothing to do.
-pub(crate) fn arm(c: &mut Checker, arm: Option<&ArmTable>, joints: usize) -> ArmControl {
+pub(crate) fn arm(c: &mut Checker, arm: Option<&ArmTable>, slides: &[bool]) -> ArmControl {
     let Some(arm) = arm.filter(|arm| arm.phase.is_empty()) else { return IDLE };
     match &arm.controller {
-        Some(table) => controller(c, &table.value, joints),
+        Some(table) => controller(c, &table.value, slides),
         None => {
             let span = c.source.span_of("arm");
             c.refuse(&span, "the arm has no controller", "add a table [arm.controller], or phases with controllers");
@@ -48,8 +49,8 @@ pub(crate) fn arm(c: &mut Checker, arm: Option<&ArmTable>, joints: usize) -> Arm
     }
 }
 
-/// A controller as it is written.
-pub(crate) fn controller(c: &mut Checker, t: &ControllerTable, joints: usize) -> ArmControl {
+/// A controller as it is written, of joints of which some slide.
+pub(crate) fn controller(c: &mut Checker, t: &ControllerTable, slides: &[bool]) -> ArmControl {
     let laws = [
         ("joint_pd", Law::JointPd),
         ("computed_torque", Law::ComputedTorque),
@@ -71,8 +72,8 @@ pub(crate) fn controller(c: &mut Checker, t: &ControllerTable, joints: usize) ->
     c.keys_of_kind(&t.law, &keys);
     match law {
         Law::JointPd => ArmControl::JointPd {
-            stiffness: gains(c, &t.joint_stiffness, joints, "N m/rad", STIFF),
-            damping: gains(c, &t.joint_damping, joints, "N m s/rad", DAMP),
+            stiffness: gains(c, &t.joint_stiffness, slides, "N m/rad", STIFF),
+            damping: gains(c, &t.joint_damping, slides, "N m s/rad", DAMP),
         },
         Law::ComputedTorque => ArmControl::ComputedTorque {
             bandwidth: c.number_or(&t.bandwidth, 1.0, "rad/s", Range::within(0.0, 1e4)),
@@ -88,11 +89,18 @@ pub(crate) fn controller(c: &mut Checker, t: &ControllerTable, joints: usize) ->
     }
 }
 
-fn gains(c: &mut Checker, written: &Option<Quantities>, joints: usize, unit: &str, range: Range) -> [f64; MAX_JOINTS] {
+/// A gain of each joint; `unit` is that of a joint which turns.
+fn gains(
+    c: &mut Checker,
+    written: &Option<Quantities>,
+    slides: &[bool],
+    unit: &'static str,
+    range: Range,
+) -> [f64; MAX_JOINTS] {
     let mut gains = [0.0; MAX_JOINTS];
     if let Some(written) = written {
-        let list = c.list(written, joints, unit, range);
-        gains[..joints].copy_from_slice(&list);
+        let list = c.list_of(written, &units(slides, unit), range);
+        gains[..list.len()].copy_from_slice(&list);
     }
     gains
 }

@@ -284,3 +284,155 @@ fn both_parts_have_points_and_solids() {
     let problems = scenario(&alone).expect_err("no points").to_string();
     assert!(problems.contains("no contact point of one part meets a solid of the other"), "{problems}");
 }
+
+/// The free body without the mass and the inertia of a table, which is held.
+fn with_held(text: &str, table: &str) -> String {
+    let bodies = "mass = \"400 kg\"\ninertia = { ixx = \"60 kg m^2\", iyy = \"60 kg m^2\", izz = \"60 kg m^2\" }\n";
+    let written = format!("[{table}]\n{bodies}");
+    assert!(text.contains(&written), "{table}");
+    text.replace(&written, &format!("[{table}]\nheld = true\n"))
+}
+
+#[test]
+fn a_held_body_needs_no_mass_and_a_free_one_does() {
+    let target = scenario(&with_held(FREE_BODY, "target")).expect("a held target").model;
+    assert_eq!((target.held.base, target.held.target), (false, true));
+    // 2 x 0.7 x sqrt(2/3 K m): the effective mass is that of the ball alone.
+    assert!((target.nominal.bristle_damping - 1.4 * (2e5_f64 / 3.0 * 400.0).sqrt()).abs() < 1e-6);
+    let base = scenario(&with_held(FREE_BODY, "base")).expect("a held base").model;
+    assert_eq!((base.held.base, base.held.target), (true, false));
+    assert_eq!(base.nominal.bristle_damping, target.nominal.bristle_damping);
+    for table in ["base", "target"] {
+        let held = with_held(FREE_BODY, table);
+        let free = scenario(&held.replace("held = true", "held = false")).expect_err("a free body without mass");
+        let keys: Vec<&str> = free.iter().map(|problem| problem.key.as_str()).collect();
+        assert_eq!(keys, [format!("{table}.mass"), format!("{table}.inertia")]);
+        let both = scenario(&held.replace("held = true", "held = true\nmass = \"3 kg\"")).expect_err("a mass");
+        assert_eq!(both.iter().next().expect("a problem").key, format!("{table}.mass"));
+    }
+}
+
+#[test]
+fn keys_that_do_nothing_on_a_held_body_are_refused() {
+    let key = |text: String| {
+        let problems = scenario(&text).expect_err("refused");
+        problems.iter().map(|problem| problem.key.clone()).collect::<Vec<_>>()
+    };
+    let (base, target) = (with_held(FREE_BODY, "base"), with_held(FREE_BODY, "target"));
+    let rate = "[\"0 rad/s\", \"0.1 rad/s\", \"0 rad/s\"]";
+    let in_start = |text: &str, line: &str| text.replace("[start]", &format!("[start]\n{line}"));
+    assert_eq!(key(in_start(&base, &format!("chaser_rate = {rate}"))), ["start.chaser_rate"]);
+    assert_eq!(key(in_start(&target, &format!("target_rate = {rate}"))), ["start.target_rate"]);
+    scenario(&in_start(&base, &format!("target_rate = {rate}"))).expect("the target is free");
+    let field = "[field]\nacceleration = [\"0 m/s^2\", \"0 m/s^2\", \"-9.81 m/s^2\"]\n[start]";
+    assert_eq!(key(base.replace("[start]", field)), ["field.acceleration"]);
+    let both = with_held(&base, "target");
+    assert_eq!(key(both), ["start.closing_speed", "target.held"]);
+    let effect = "[[effect]]\nid = \"P1_mass\"\nparameters = { mass_error = 0.1 }\n[start]";
+    let problems = scenario(&target.replace("[start]", effect)).expect_err("an effect on a held target");
+    assert!(problems.iter().any(|p| p.message.contains("the target is held")), "{:?}", problems.iter().next());
+}
+
+/// A mast that slides along x with a boom that turns about z; on the mast an antenna that turns, on the root another one.
+const MAST: &str = r#"<robot name="mast"><link name="root"/>
+  <joint name="mast" type="prismatic"><axis xyz="1 0 0"/><parent link="root"/><child link="m"/>
+    <limit lower="-0.5" upper="1" effort="200" velocity="0.2"/></joint>
+  <link name="m"><inertial><origin xyz="0.1 0 0"/><mass value="10"/>
+    <inertia ixx="0.2" iyy="0.2" izz="0.2" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <joint name="boom" type="revolute"><origin xyz="0.5 0 0"/><axis xyz="0 0 1"/><parent link="m"/><child link="b"/>
+    <limit lower="-2" upper="2" effort="50" velocity="1"/></joint>
+  <link name="b"><inertial><origin xyz="0.3 0 0"/><mass value="5"/>
+    <inertia ixx="0.1" iyy="0.3" izz="0.3" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <joint name="dish" type="revolute"><origin xyz="0 0.4 0"/><axis xyz="0 1 0"/><parent link="m"/><child link="d"/>
+    <limit lower="-1" upper="1" effort="1" velocity="1"/></joint>
+  <link name="d"><inertial><origin xyz="0.2 0 0"/><mass value="2"/>
+    <inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <joint name="flap" type="revolute"><origin xyz="-1 0 0"/><axis xyz="0 1 0"/><parent link="root"/><child link="f"/>
+    <limit lower="0.1" upper="1" effort="1" velocity="1"/></joint>
+  <link name="f"><inertial><mass value="100"/>
+    <inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+</robot>"#;
+
+const ON_MAST: &str = r#"[arm]
+urdf = "mast.urdf"
+angles = ["200 mm", "10 deg"]
+held = { flap = "0.2 rad", dish = "-30 deg" }
+[arm.controller]
+law = "joint_pd"
+joint_stiffness = ["400 N/m", "50 N m/rad"]
+joint_damping = ["200 N s/m", "20 N m s/rad"]
+[part_a]
+link = "b"
+"#;
+
+/// The free body on the mast, with a change of the scenario.
+fn on_mast(change: impl Fn(String) -> String) -> Result<Scenario, Problems> {
+    let text = change(FREE_BODY.replace("[part_a]\n", ON_MAST));
+    let source = Source::new("test.toml".into(), text);
+    let file: ScenarioFile = read::parse(&source, FORMAT)?;
+    let mut c = Checker::new(source);
+    c.known = vec![Source::new(c.source.sibling("mast.urdf"), MAST.to_owned())];
+    Scenario::checked(c, file, None)
+}
+
+#[test]
+fn a_joint_that_slides_has_lengths_and_forces_and_joints_off_the_chain_are_held() {
+    let scenario = on_mast(|text| text).unwrap_or_else(|problems| panic!("{problems}"));
+    let m = &scenario.model;
+    assert_eq!((m.slides.clone(), m.start_angles[0]), (vec![true, false], 0.2));
+    let softdock_kernels::model::ArmControl::JointPd { stiffness, damping } = m.guidance.arm else {
+        panic!("joint_pd")
+    };
+    assert_eq!((&stiffness[..2], &damping[..2]), (&[400.0, 50.0][..], &[200.0, 20.0][..]));
+    assert_eq!((m.links[0].mass, m.links[1].mass), (12.0, 5.0), "the dish is on the mast");
+    // The flap of 100 kg at x = -1 m moves the centre of the base of 400 kg by -0.2 m.
+    assert_eq!(m.nominal.base_mass, 500.0);
+    assert!((m.base_inertia.yy - (60.0 + 1.0 + 80.0)).abs() < 1e-9 && (m.base_inertia.xx - 61.0).abs() < 1e-9);
+    let tool = m.base_pose.compose(crate::placement::end_frame(&m.links, &m.slides, &m.start_angles, m.tool));
+    assert!((tool.position - vec3(-0.15, 0.0, 0.0)).norm() < 1e-12, "{:?}", tool.position);
+    // At the start the boom's joint is 0.7 m from the root.
+    let boom = m.links[0].origin.position.x + 0.7;
+    assert!((boom - 0.9).abs() < 1e-12, "{boom}");
+    let lines = crate::arm_notes::arm_lines(&scenario);
+    assert_eq!(
+        lines[..2],
+        [
+            "joint `flap`: held at 0.2 rad, 100 kg on link `root`".to_owned(),
+            "joint `dish`: held at -0.523599 rad, 2 kg on link `m`".to_owned(),
+        ]
+    );
+
+    let drive = "[arm.drive]\nrotor_inertia = [\"4 kg\", \"2e-3 kg m^2\"]\ngear_ratio = [1, 10]\n\
+                 stop_stiffness = [\"5e3 N/m\", \"5e2 N m/rad\"]\n[part_a]";
+    let driven = on_mast(|text| text.replace("[part_a]", drive)).unwrap_or_else(|problems| panic!("{problems}"));
+    let drives = &driven.model.drives;
+    assert_eq!((drives[0].drive.reflected_inertia(), drives[0].drive.torque_limit), (4.0, 200.0));
+    let stops = drives[0].stops.expect("limits");
+    assert!((stops.lower + 0.7).abs() < 1e-12 && (stops.upper - 0.8).abs() < 1e-12);
+    assert!(crate::arm_notes::arm_lines(&driven)[2].contains("rotor 4 kg behind"));
+}
+
+#[test]
+fn faults_of_held_and_sliding_joints_name_the_key_and_the_remedy() {
+    let cases: [(&str, &str, &str, &str); 8] = [
+        ("flap = \"0.2 rad\", ", "", "arm.urdf", "held = { flap = "),
+        ("\"-30 deg\"", "\"-2 rad\"", "arm.held.dish", "-1 rad to 1 rad"),
+        ("dish =", "dich =", "arm.held.dich", "`dish`"),
+        ("dish = \"-30 deg\"", "boom = \"0 rad\"", "arm.held.boom", "arm.angles"),
+        ("\"200 mm\"", "\"10 deg\"", "arm.angles", "m"),
+        ("\"200 mm\"", "\"1.2 m\"", "arm.angles", "to 1.000000 m"),
+        ("\"400 N/m\"", "\"400 N m/rad\"", "arm.controller.joint_stiffness", "N/m"),
+        ("link = \"b\"\n", "", "joint[", "part_a.link"),
+    ];
+    for (old, new, key, remedy) in cases {
+        let problems = on_mast(|text| text.replace(old, new)).expect_err(new);
+        let problem = problems.iter().next().expect("a problem");
+        assert!(problem.key.starts_with(key), "{old}: {problem}");
+        assert!(problem.remedy.contains(remedy), "{old}: {problem}");
+    }
+    let base =
+        "[base]\nmass = \"400 kg\"\ninertia = { ixx = \"60 kg m^2\", iyy = \"60 kg m^2\", izz = \"60 kg m^2\" }\n";
+    let held =
+        on_mast(|text| text.replace(base, "[base]\nheld = true\n")).unwrap_or_else(|problems| panic!("{problems}"));
+    assert_eq!((held.model.held.base, held.model.links[0].origin.position.x), (true, 0.0));
+}

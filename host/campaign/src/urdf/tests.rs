@@ -26,9 +26,12 @@ const CHAIN: &str = r#"<robot name="skew">
 
 /// Poses of the links' centres of mass, and the torques, of a chain by its own frames.
 fn urdf_links(text: &str) -> Vec<Link> {
-    arm::read(&Source::new("robot.urdf".into(), text.to_owned()), Pose::identity(), BaseMass::Ignored)
-        .expect("a chain")
-        .links
+    {
+        let source = Source::new("robot.urdf".into(), text.to_owned());
+        arm::read(&source, Pose::identity(), BaseMass::Ignored, arm::Stated::default())
+    }
+    .expect("a chain")
+    .links
 }
 
 fn check<const N: usize>(text: &str) {

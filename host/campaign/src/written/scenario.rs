@@ -6,6 +6,7 @@ use super::facility::FacilityTable;
 use super::{At, Quantities, Quantity};
 use schemars::JsonSchema;
 use serde::Deserialize;
+use std::collections::BTreeMap;
 
 /// A contact task and the facility on which it is tested: bodies, arm, parts, rates, controllers, success.
 #[derive(Debug, Deserialize, JsonSchema)]
@@ -26,7 +27,7 @@ pub(crate) struct ScenarioFile {
     pub(crate) arm: Option<ArmTable>,
     /// The part on the end-effector.
     pub(crate) part_a: PartATable,
-    /// The free body with part B.
+    /// The body with part B.
     pub(crate) target: TargetTable,
     /// The part on the target.
     pub(crate) part_b: PartBTable,
@@ -41,7 +42,7 @@ pub(crate) struct ScenarioFile {
     pub(crate) guidance: GuidanceTable,
     /// Relative gravity (Clohessy-Wiltshire); without it there is none.
     pub(crate) orbit: Option<OrbitTable>,
-    /// A constant acceleration of all bodies, as a test field.
+    /// A constant acceleration of the chaser, as a test field.
     pub(crate) field: Option<FieldTable>,
     /// The facility that closes the HIL loop; beside the rules of its sessions an ideal one by default.
     pub(crate) facility: At<FacilityTable>,
@@ -80,10 +81,13 @@ pub(crate) struct InertiaTable {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct BaseTable {
-    /// Mass.
-    pub(crate) mass: Quantity,
-    /// Inertia about the centre of mass, body axes.
-    pub(crate) inertia: At<InertiaTable>,
+    /// The base stands on a mount that does not move, whatever pushes it; before it a free target moves at
+    /// `start.closing_speed`. Default false: it floats freely.
+    pub(crate) held: Option<At<bool>>,
+    /// Mass; required of a free base, refused of a held one.
+    pub(crate) mass: Option<Quantity>,
+    /// Inertia about the centre of mass, body axes; as the mass.
+    pub(crate) inertia: Option<At<InertiaTable>>,
     /// Start position of the centre of mass in the contact frame; only without `start.gap`.
     pub(crate) position: Option<Quantities>,
     /// Start attitude in the contact frame as roll, pitch, yaw; only without `start.gap`.
@@ -100,8 +104,11 @@ pub(crate) struct ArmTable {
     pub(crate) position: Option<Quantities>,
     /// Attitude of the root link as roll, pitch, yaw.
     pub(crate) rotation: Option<Quantities>,
-    /// Start angle of each joint, from the base outwards; without phases also the posture that is held.
+    /// Start angle of each joint on the chain to part A, from the base outwards; without phases also the posture that is
+    /// held. A length for a joint that slides.
     pub(crate) angles: Quantities,
+    /// Joints off that chain by their names, with the angle or length at which they are held; the others are held at 0.
+    pub(crate) held: Option<BTreeMap<String, Quantity>>,
     /// The controller, of every phase without one of its own.
     pub(crate) controller: Option<At<ControllerTable>>,
     /// Phases of the arm's motion, in order; the run starts with the first. Without any the arm holds its start posture.
@@ -239,7 +246,8 @@ pub(crate) struct ArmSensorTable {
     pub(crate) lag: Quantity,
 }
 
-/// Drives of an arm's joints: for each key one value for all joints, or a list with one for each.
+/// Drives of an arm's joints: for each key one value for all joints, or a list with one for each. Those of a joint that slides
+/// are in m, N and kg in place of rad, N m and kg m^2.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ArmDriveTable {
@@ -283,9 +291,9 @@ pub(crate) struct ArmDriveTable {
 pub(crate) struct ControllerTable {
     /// "joint_pd", "computed_torque" or "cartesian_impedance".
     pub(crate) law: At<String>,
-    /// joint_pd: stiffness of each joint.
+    /// joint_pd: stiffness of each joint; in N/m of one that slides.
     pub(crate) joint_stiffness: Option<Quantities>,
-    /// joint_pd: damping of each joint.
+    /// joint_pd: damping of each joint; in N s/m of one that slides.
     pub(crate) joint_damping: Option<Quantities>,
     /// computed_torque: bandwidth.
     pub(crate) bandwidth: Option<Quantity>,
@@ -307,7 +315,8 @@ pub(crate) struct ControllerTable {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct PartATable {
-    /// URDF link that carries the part; default the last moving link. Without an arm: the base.
+    /// URDF link that carries the part; default the last link of the only chain. Joints off the chain to it are held. Without
+    /// an arm: the base.
     pub(crate) link: Option<At<String>>,
     /// Origin of part A's frame in that link.
     pub(crate) position: Option<Quantities>,
@@ -339,10 +348,12 @@ pub(crate) struct PointTable {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct TargetTable {
-    /// Mass.
-    pub(crate) mass: Quantity,
-    /// Inertia about the centre of mass, body axes.
-    pub(crate) inertia: At<InertiaTable>,
+    /// The target stands on a mount that does not move, whatever pushes it. Default false: it floats freely.
+    pub(crate) held: Option<At<bool>>,
+    /// Mass; required of a free target, refused of a held one.
+    pub(crate) mass: Option<Quantity>,
+    /// Inertia about the centre of mass, body axes; as the mass.
+    pub(crate) inertia: Option<At<InertiaTable>>,
     /// Start position of the centre of mass in the contact frame; default: part B's frame at the origin.
     pub(crate) position: Option<Quantities>,
     /// Start attitude in the contact frame as roll, pitch, yaw.
@@ -554,7 +565,7 @@ pub(crate) struct LatchTable {
 pub(crate) struct StartTable {
     /// Distance along the approach axis from part A's origin to part B's; places the chaser by its arm's angles.
     pub(crate) gap: Option<Quantity>,
-    /// Speed of part A towards part B.
+    /// Speed of part A towards part B; 0 where base and target are held.
     pub(crate) closing_speed: Quantity,
     /// Additional velocity of part A relative to part B.
     pub(crate) drift: Option<Quantities>,
@@ -562,9 +573,9 @@ pub(crate) struct StartTable {
     pub(crate) offset: Option<Quantities>,
     /// Rotation vector of the chaser about part A.
     pub(crate) tilt: Option<Quantities>,
-    /// Angular velocity of the chaser.
+    /// Angular velocity of the chaser; only of a free base.
     pub(crate) chaser_rate: Option<Quantities>,
-    /// Angular velocity of the target.
+    /// Angular velocity of the target; only of a free one.
     pub(crate) target_rate: Option<Quantities>,
 }
 
@@ -606,11 +617,11 @@ pub(crate) struct OrbitTable {
     pub(crate) rotation: Option<Quantities>,
 }
 
-/// A constant field.
+/// A constant field on the chaser.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct FieldTable {
-    /// Acceleration of every body, contact frame.
+    /// Acceleration of the chaser, contact frame; on a held base it acts on the links of the arm.
     pub(crate) acceleration: Quantities,
 }
 

@@ -40,6 +40,7 @@ pub const AXES: [BlockPlace; MAX_JOINTS] = [
     row("R3 torque to motion, axis 5", "Axis 5"),
     row("R3 torque to motion, axis 6", "Axis 6"),
     row("R3 torque to motion, axis 7", "Axis 7"),
+    row("R3 torque to motion, axis 8", "Axis 8"),
 ];
 /// Couplings of an axis to the one before, from axis 2 on.
 pub const COUPLINGS: [BlockPlace; MAX_JOINTS - 1] = [
@@ -49,6 +50,7 @@ pub const COUPLINGS: [BlockPlace; MAX_JOINTS - 1] = [
     row("R3 coupling of axes 4 and 5", "Axes 4 and 5"),
     row("R3 coupling of axes 5 and 6", "Axes 5 and 6"),
     row("R3 coupling of axes 6 and 7", "Axes 6 and 7"),
+    row("R3 coupling of axes 7 and 8", "Axes 7 and 8"),
 ];
 /// Robot as a whole.
 pub const ROBOT: BlockPlace = row("R3 torques of all axes", "Robot");
