@@ -207,14 +207,14 @@ pub fn follow<R: Real, const N: usize>(
     let pace = |phase: &ArmPhase| phase.pace.speed / phase.pace.turn_speed;
     let mut length = shift.norm().max(turn.norm() * of_phase(plan, next.phase, pace));
     let mut way = zero;
-    for i in 0..N {
-        way = way.max((goal_angle[i] - next.from_angle[i]).abs());
+    for (goal, from) in goal_angle.iter().zip(&next.from_angle) {
+        way = way.max((*goal - *from).abs());
     }
     length = R::select(cartesian, length, way);
     let course = course(plan, next.phase, length, next.since);
     next.duration = course.duration;
-    for i in 0..N {
-        let way = goal_angle[i] - next.from_angle[i];
+    for (i, goal) in goal_angle.iter().enumerate() {
+        let way = *goal - next.from_angle[i];
         next.angle[i] = way.mul_add(course.share, next.from_angle[i]);
         next.rate[i] = way * course.rate;
         next.gain[i] = way * course.gain;

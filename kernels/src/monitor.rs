@@ -18,7 +18,7 @@ bundle! {
         depth: R, "m", "largest overlap";
         normal: Vec3<R>, "1", "normal at the most loaded point";
         lever: Vec3<R>, "m", "most loaded point from A's origin";
-        finger_power: R, "1", "power of the contact on the motion of part A's fingers in its frame [W]";
+        finger_power: R, "1", "power in W of the contact on the motion of part A's fingers in its frame";
     }
 }
 

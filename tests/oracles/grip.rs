@@ -89,7 +89,7 @@ fn opposite_fingers_hold_a_free_block_in_their_middle() {
     let free = Params { target_mass: 2.0, offset: vec3(0.0, 4e-3, 0.0), contact_damping: 400.0, ..heavy() };
     let mut model = gripper(&fingers);
     model.timing.max_ticks = 3000;
-    let row = run(model.clone(), &[free])[0].clone();
+    let row = run(model.clone(), &[free])[0];
     let seen = signals(model, free);
     let parts = &seen[seen.len() - 1].parts[0];
     assert!((parts.a.position.y - parts.b.position.y).abs() < 1e-5, "in the middle: {:?}", parts.b.position);

@@ -8,7 +8,7 @@
 //!
 //! A joint turns about its z axis or slides along it; which one is a constant of the link, and a chain whose joints all
 //! turn has the terms of turns alone. A joint that slides keeps its constant turn; its travel has the place of the turn
-//! in arrays of [`Turn`], see [`ChainLink::travel`].
+//! in arrays of [`Turn`], see `ChainLink::travel`.
 
 pub(crate) mod driven;
 pub(crate) mod dynamics;
