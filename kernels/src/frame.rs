@@ -37,6 +37,7 @@ use crate::staged::{
     metrics, of_finger, point_on_exact, set_where, start, touch_shell, update_kinematics, with_finger,
 };
 use crate::test_motion::Tracking;
+use crate::thrusters::{Firing, no_firing};
 use crate::vector::Vec3;
 use arms::Arms;
 use facility_lanes::TickFacility;
@@ -72,6 +73,8 @@ struct Loop<L: Lane, const N: usize> {
     interface: Interface<L>,
     /// What the arm's plan wants, if it has one.
     motion: ArmMotion<L, N>,
+    /// Thrusters of the base, if it has any.
+    firing: Firing<L>,
     /// What the arm's own force sensor shows, if it has a plan.
     felt: Wrench<L>,
 }
@@ -238,6 +241,7 @@ impl<L: Lane, const N: usize> Tile<L, N> {
             kinematics: crate::fields::filled(L::lit(0.0)),
             interface: Interface::new(m, &facility.params, space_pair),
             motion: no_motion(),
+            firing: no_firing(),
             felt: zero_wrench(),
         };
         let parts = kinematics(m, &masses, &space.bodies).parts;
@@ -283,7 +287,21 @@ impl<L: Lane, const N: usize> Tile<L, N> {
                     in_place::follow(m, p, &mut s.motion, arm, drives, chaser.attitude, k, &s.felt, captured, &noise);
                     *grip = s.motion.grip;
                 }
-                u = guide(m, p, &s.masses, arm, drives, chaser.attitude, k, monitor::touched(seen), &s.motion);
+                if m.guidance.thrusters.is_some() {
+                    in_place::fire(m, &mut s.firing, chaser.attitude, k, monitor::touched(seen));
+                }
+                u = guide(
+                    m,
+                    p,
+                    &s.masses,
+                    arm,
+                    drives,
+                    chaser.attitude,
+                    k,
+                    monitor::touched(seen),
+                    &s.motion,
+                    &s.firing,
+                );
             }
             let elapsed = L::lit(f64::from(substep) * m.timing.substep);
             let (time, now_gripped) = (elapsed + now, grip_after(grip, elapsed));
@@ -337,7 +355,10 @@ impl<L: Lane, const N: usize> Tile<L, N> {
             in_place::follow(m, p, &mut s.motion, arm, drives, chaser.attitude, k, &s.felt, captured, &noise);
             s.interface.grip = s.motion.grip;
         }
-        let u = guide(m, p, &s.masses, arm, drives, chaser.attitude, k, touched, &s.motion);
+        if m.guidance.thrusters.is_some() {
+            in_place::fire(m, &mut s.firing, chaser.attitude, k, touched);
+        }
+        let u = guide(m, p, &s.masses, arm, drives, chaser.attitude, k, touched, &s.motion, &s.firing);
         for substep in 0..m.timing.substeps {
             if substep > 0 {
                 update_kinematics(m, &s.masses, bodies, k);

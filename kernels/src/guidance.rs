@@ -10,11 +10,13 @@ use crate::params::Params;
 use crate::plant::Plant;
 use crate::real::Real;
 use crate::space::{Actuation, Arm, Kinematics, Masses, Parts, Wrench, mount_course, on_last_link, posture};
+use crate::thrusters::{Firing, thruster_torque};
 use crate::vector::{Quat, Vec3, vec3};
 
 /// Thrust and joint torques for the coming tick; `touched` is 1 after the first touch, when thrust ends.
 ///
-/// `motion` is what the arm's plan wants now; without a plan the controller holds the start posture.
+/// `motion` is what the arm's plan wants now; without a plan the controller holds the start posture. `firing` are the
+/// thrusters.
 #[inline(always)]
 #[expect(clippy::too_many_arguments, reason = "a stage names all that it reads")]
 pub fn guide<R: Real, const N: usize>(
@@ -27,8 +29,12 @@ pub fn guide<R: Real, const N: usize>(
     k: &Kinematics<R, N>,
     touched: R,
     motion: &ArmMotion<R, N>,
+    firing: &Firing<R>,
 ) -> Actuation<R, N> {
-    let (thrust, torque) = approach(m, p.closing_speed, &k.parts, touched);
+    let (thrust, mut torque) = approach(m, p.closing_speed, &k.parts, touched);
+    if let Some(thrusters) = &m.guidance.thrusters {
+        torque = torque + thruster_torque(thrusters, firing, base);
+    }
     let arm = &on_encoders(m, arm, drives);
     let joint = match &m.guidance.plan {
         None => holding(m, masses, arm, base, k, (thrust, torque)),

@@ -47,4 +47,5 @@ mod spatial;
 pub mod staged;
 pub mod start;
 pub mod test_motion;
+pub mod thrusters;
 pub mod vector;

@@ -128,6 +128,7 @@ impl Model {
             },
             guidance: Guidance {
                 thrust: Thrust::Off,
+                thrusters: None,
                 arm: ArmControl::JointPd { stiffness: joints, damping: joints },
                 plan: None,
             },
@@ -523,10 +524,27 @@ pub struct Latch {
 pub struct Guidance {
     /// Thrust during the approach; ends at first touch.
     pub thrust: Thrust,
+    /// Attitude control of the base by thruster pulses, if it has any.
+    pub thrusters: Option<Thrusters>,
     /// The arm's controller, where the arm has no plan.
     pub arm: ArmControl,
     /// The phases of the arm's motion; none: its controller holds the start posture.
     pub plan: Option<ArmPlan>,
+}
+
+/// Thrusters that hold the base's attitude of the start, each body axis for itself.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Thrusters {
+    /// Torque of each axis \[N m\].
+    pub torque: Vec3<f64>,
+    /// A pulse begins where error + lead x rate leaves this \[rad\].
+    pub deadband: f64,
+    /// Lead \[s\].
+    pub lead: f64,
+    /// Ticks of a pulse, at least 1.
+    pub pulse: u32,
+    /// They are off from the first touch.
+    pub off_at_touch: bool,
 }
 
 /// Base thrust during a docking approach.

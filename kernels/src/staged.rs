@@ -22,6 +22,7 @@ use crate::sensor::Sensor;
 use crate::session::{Asked, Clearance, Observed, Session};
 use crate::space::{Actuation, Arm, Bodies, Kinematics, Masses, Motion, Parts, Wrench};
 use crate::test_motion::{Followed, Tracking};
+use crate::thrusters::Firing;
 use crate::vector::Quat;
 use std::marker::PhantomData;
 
@@ -68,7 +69,7 @@ staged! {
     /// [`crate::space::advance_in_place`]
     space::advance_in_place<N>(m; masses: &'a Masses<L>, s: &'a mut Bodies<L, N>, k: &'a Kinematics<L, N>, u: &'a Actuation<L, N>, w: Wrench<L>) -> ();
     /// [`crate::guidance::guide`]
-    guidance::guide<N>(m; p: &'a Params<L>, masses: &'a Masses<L>, arm: &'a Arm<L, N>, drives: &'a ArmDrives<L, N>, base: Quat<L>, k: &'a Kinematics<L, N>, touched: L, motion: &'a ArmMotion<L, N>) -> Actuation<L, N>;
+    guidance::guide<N>(m; p: &'a Params<L>, masses: &'a Masses<L>, arm: &'a Arm<L, N>, drives: &'a ArmDrives<L, N>, base: Quat<L>, k: &'a Kinematics<L, N>, touched: L, motion: &'a ArmMotion<L, N>, firing: &'a Firing<L>) -> Actuation<L, N>;
     /// [`crate::contact::contact_point`]
     contact::contact_point(m; of: &'a ContactPair, pair: &'a Pair<L>, parts: &'a Parts<L>, point: Point<L>, state: PointState<L>) -> PointContact<L>;
     /// [`crate::contact::point_on_exact`]
@@ -189,6 +190,8 @@ pub mod in_place {
         monitor::finish(m; | s: Watch<L> | time: L, simulated: &'a Parts<L>, last: L, facility: L);
         /// [`crate::arm_motion::follow`]
         arm_motion::follow<N>(m; p: &'a Params<L> | s: ArmMotion<L, N> | arm: &'a Arm<L, N>, drives: &'a ArmDrives<L, N>, base: Quat<L>, k: &'a Kinematics<L, N>, felt: &'a Wrench<L>, captured: L, noise: &'a Wrench<L>);
+        /// [`crate::thrusters::fire`]
+        thrusters::fire<N>(m; | s: Firing<L> | base: Quat<L>, k: &'a Kinematics<L, N>, touched: L);
         /// [`crate::arm_motion::feel`]
         arm_motion::feel(m; | s: Wrench<L> | a: Motion<L>, w: Wrench<L>);
         /// [`crate::session::supervise`]

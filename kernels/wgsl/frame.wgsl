@@ -55,7 +55,10 @@ fn tick_space(now: f32, last: f32) {
             if (PLANNED) {
                 space_motion = follow(p, space_motion, space, k, space_felt, space_watch, camera_noise());
             }
-            u = guide(p, masses, space, k, space_watch, space_motion);
+            if (FIRES) {
+                space_firing = fire(space_firing, space, k, space_watch);
+            }
+            u = guide(p, masses, space, k, space_watch, space_motion, space_firing);
         }
         let grip = grip_after(Grip(space_motion.grip_share, space_motion.grip_rate), f32(substep) * SUBSTEP);
         let touch = touch_space(pairs, parts, grip);
@@ -229,7 +232,10 @@ fn tick_simulation(masses: Masses, first: Kinematics) -> Parts {
     if (PLANNED) {
         hil_motion = follow(p, hil_motion, hil, first, hil_felt, hil_watch, camera_noise());
     }
-    let u = guide(p, masses, hil, first, hil_watch, hil_motion);
+    if (FIRES) {
+        hil_firing = fire(hil_firing, hil, first, hil_watch);
+    }
+    let u = guide(p, masses, hil, first, hil_watch, hil_motion, hil_firing);
     var k = first;
     var parts: Parts;
     var substep = 0u;
@@ -288,6 +294,8 @@ fn reset() {
     hil_watch.done = select(1.0, 0.0, FACILITY);
     space_motion = no_motion();
     hil_motion = no_motion();
+    space_firing = no_firing();
+    hil_firing = no_firing();
     space_felt = zero_wrench();
     hil_felt = zero_wrench();
     reset_contacts();

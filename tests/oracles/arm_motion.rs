@@ -15,6 +15,7 @@ use softdock_kernels::params::Params;
 use softdock_kernels::plant::Plant;
 use softdock_kernels::space::{Bodies, Kinematics, Parts, Wrench, advance, kinematics, settle, space_masses};
 use softdock_kernels::start::start;
+use softdock_kernels::thrusters::no_firing;
 use softdock_kernels::vector::{Pose, Vec3, vec3};
 
 const NONE: Wrench<f64> = Wrench { force: vec3(0.0, 0.0, 0.0), moment: vec3(0.0, 0.0, 0.0) };
@@ -72,7 +73,7 @@ fn led(
         let k = kinematics(&m, &masses, &s);
         motion = follow(&m, &p, &motion, &s.arm, &s.drives, s.chaser.attitude, &k, &NONE, 0.0, &NONE);
         see(&motion, &s, &k);
-        let u = guide(&m, &p, &masses, &s.arm, &s.drives, s.chaser.attitude, &k, 0.0, &motion);
+        let u = guide(&m, &p, &masses, &s.arm, &s.drives, s.chaser.attitude, &k, 0.0, &motion, &no_firing());
         for _ in 0..4 {
             s = advance(&m, &masses, &s, &kinematics(&m, &masses, &s), &u, NONE);
         }

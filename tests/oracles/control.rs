@@ -8,6 +8,7 @@ use softdock_kernels::params::Params;
 use softdock_kernels::plant::Plant;
 use softdock_kernels::space::{Bodies, Wrench, advance, kinematics, settle, space_masses};
 use softdock_kernels::start::start;
+use softdock_kernels::thrusters::no_firing;
 use softdock_kernels::vector::{Vec3, vec3};
 
 /// Turn of the base at the start \[rad/s\].
@@ -59,6 +60,7 @@ fn controlled(
             &kinematics(&m, &masses, &s),
             0.0,
             &no_motion(),
+            &no_firing(),
         );
         for _ in 0..4 {
             s = advance(&m, &masses, &s, &kinematics(&m, &masses, &s), &u, none);

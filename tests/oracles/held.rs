@@ -11,6 +11,7 @@ use softdock_kernels::params::Params;
 use softdock_kernels::plant::Plant;
 use softdock_kernels::space::{Actuation, Bodies, Masses, Wrench, advance, kinematics, settle, space_masses};
 use softdock_kernels::start::start;
+use softdock_kernels::thrusters::no_firing;
 use softdock_kernels::vector::{Quat, Vec3, vec3};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -246,6 +247,7 @@ fn computed_torque_on_a_held_base_gives_the_wanted_acceleration_in_a_field() {
         &k,
         0.0,
         &no_motion(),
+        &no_firing(),
     );
     let none = Wrench { force: Vec3::zero(), moment: Vec3::zero() };
     let next = advance(&m, &masses, &s, &k, &u, none);

@@ -30,3 +30,4 @@ mod scenes;
 mod shapes;
 mod sliding;
 mod stability;
+mod thrusters;

@@ -20,7 +20,7 @@ use softdock_kernels::manipulator::{ArmDrive, Drive, Friction, Stops};
 use softdock_kernels::material::Pair;
 use softdock_kernels::model::{
     ArmControl, Brakes, Compensator, CompensatorKind, ContactPoint, Finger, ImpedanceLaw, MaterialPair, Members, Model,
-    NormalLaw, SensorLoad, Shape, Solid, TestMotion, Thrust, Waveform,
+    NormalLaw, SensorLoad, Shape, Solid, TestMotion, Thrust, Thrusters, Waveform,
 };
 use softdock_kernels::monitor::{Touch, Watch, gather, no_touch, total_wrench};
 use softdock_kernels::params::Params;
@@ -31,6 +31,7 @@ use softdock_kernels::sensor::Sensor;
 use softdock_kernels::session::{Asked, Clearance, Session, axes_asked};
 use softdock_kernels::space::{Bodies, Kinematics, Parts, Wrench, hil_masses, kinematics, space_masses};
 use softdock_kernels::test_motion::{Tracking, followed};
+use softdock_kernels::thrusters::Firing;
 use softdock_kernels::vector::{Pose, Quat, Vec3, vec3};
 use softdock_mesh::{Options, Triangles, prepare};
 use softdock_test_size::is_full;
@@ -245,6 +246,8 @@ fn crowded(model: &mut Model) {
         max_torque: 10.0,
     };
     model.guidance.plan = Some(plan());
+    let torque = vec3(2.0, 3.0, 4.0);
+    model.guidance.thrusters = Some(Thrusters { torque, deadband: 2e-3, lead: 0.5, pulse: 20, off_at_touch: false });
     slide(model, 2);
     model.drives = (0..model.links.len()).map(arm_drive).collect();
     model.brakes = Brakes::CloseAtTouch;
@@ -604,6 +607,12 @@ fn arm_motion<const N: usize>(plant: &Plant, shot: &Snapshot, s: &Scene<N>) -> V
     optional::<N, ArmMotion<f64, N>>(plant, shot, name)
 }
 
+/// The thrusters on the scene's side.
+fn firing<const N: usize>(plant: &Plant, shot: &Snapshot, s: &Scene<N>) -> Vec<f64> {
+    let name = if s.facility { "hil_firing_" } else { "space_firing_" };
+    optional::<N, Firing<f64>>(plant, shot, name)
+}
+
 /// One argument, by the name of its struct and, where that is not enough, its own.
 fn bundle<const N: usize>(
     plant: &Plant,
@@ -660,13 +669,15 @@ fn bundle<const N: usize>(
             flat(&points[(draws.uniform() * among as f64) as usize])
         }
         "Grip" => vec![draws.uniform(), draws.normal()],
+        "Firing" => firing::<N>(plant, shot, s),
         "ArmMotion" => arm_motion::<N>(plant, shot, s),
         "Actuation" => {
             let masses = if s.facility { hil_masses(&p) } else { space_masses(&p) };
             let Bodies { arm, drives, chaser, .. } = s.bodies;
             let touched = f64::from(index as u32 % 2);
             let motion = from_slice(&arm_motion::<N>(plant, shot, s));
-            flat(&guide(plant, &p, &masses, &arm, &drives, chaser.attitude, &s.kinematics, touched, &motion))
+            let firing = from_slice(&firing::<N>(plant, shot, s));
+            flat(&guide(plant, &p, &masses, &arm, &drives, chaser.attitude, &s.kinematics, touched, &motion, &firing))
         }
         "Wrench" => {
             let contact = if argument == "noise" { zero_wrench() } else { total_wrench(&s.touch, &s.latch) };

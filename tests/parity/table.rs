@@ -29,6 +29,7 @@ use softdock_kernels::session::{self, Asked, Clearance, Observed, Session};
 use softdock_kernels::space::{self, Actuation, Bodies, Kinematics, Masses, Parts, Wrench};
 use softdock_kernels::start;
 use softdock_kernels::test_motion::{self, Followed, Tracking};
+use softdock_kernels::thrusters::{self, Firing};
 use softdock_tracer::kernel::kernel;
 use std::collections::BTreeSet;
 
@@ -94,9 +95,13 @@ fn body_rows<const N: usize>() -> Vec<Row<Twin>> {
         start(p: Params<f64>, masses: Masses<f64>) => start::start::<f64, N>(m, &p, &masses), 60.0, "a momentum from a twist at a lever of metres, an inertia inverted twice";
         kinematics(masses: Masses<f64>, s: Bodies<f64, N>) => space::kinematics(m, &masses, &s), 250.0, "the inverse of the inertia of base and arm, and velocities at the end of six levers";
         parts_of(k: Kinematics<f64, N>) => k.parts, 0.0, COPIED;
-        guide(p: Params<f64>, masses: Masses<f64>, s: Bodies<f64, N>, k: Kinematics<f64, N>, watch: Watch<f64>, motion: ArmMotion<f64, N>) => {
-            guidance::guide(m, &p, &masses, &s.arm, &s.drives, s.chaser.attitude, &k, monitor::touched(&watch), &motion)
+        guide(p: Params<f64>, masses: Masses<f64>, s: Bodies<f64, N>, k: Kinematics<f64, N>, watch: Watch<f64>, motion: ArmMotion<f64, N>, firing: Firing<f64>) => {
+            guidance::guide(m, &p, &masses, &s.arm, &s.drives, s.chaser.attitude, &k, monitor::touched(&watch), &motion, &firing)
         }, 100.0, "differences of attitudes; inverse dynamics sum forces larger than the torques";
+        no_firing() => thrusters::no_firing::<f64>(), 0.0, COPIED;
+        fire(firing: Firing<f64>, s: Bodies<f64, N>, k: Kinematics<f64, N>, watch: Watch<f64>) => {
+            thrusters::fire(m, &firing, s.chaser.attitude, &k, monitor::touched(&watch))
+        }, 4.0, "whole ticks, and an attitude that is copied";
         no_motion() => arm_motion::no_motion::<f64, N>(), 0.0, COPIED;
         follow(p: Params<f64>, motion: ArmMotion<f64, N>, s: Bodies<f64, N>, k: Kinematics<f64, N>, felt: Wrench<f64>, watch: Watch<f64>, noise: Wrench<f64>) => {
             arm_motion::follow(m, &p, &motion, &s.arm, &s.drives, s.chaser.attitude, &k, &felt, watch.closed, &noise)

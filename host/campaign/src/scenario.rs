@@ -275,6 +275,7 @@ fn compile(c: &mut Checker, file: &ScenarioFile, bodies: &Bodies, known: Option<
     let (facility, robot) = facility::read(c, &file.facility, station.as_ref(), &timing, &mut nominal);
     let guidance = Guidance {
         thrust: control::thrust(c, &file.guidance),
+        thrusters: control::thrusters(c, file.base.thrusters.as_ref(), &timing),
         // Without its URDF an arm has no joints to control; that problem is noted already.
         arm: control::arm(c, file.arm.as_ref().filter(|_| bodies.urdf.is_some()), &bodies.slides),
         plan: file.arm.as_ref().filter(|_| bodies.urdf.is_some()).and_then(|arm| {

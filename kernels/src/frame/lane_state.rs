@@ -26,6 +26,7 @@ use crate::session::{Session, supervised};
 use crate::space::{Bodies, Parts, Wrench, hil_masses, space_masses};
 use crate::staged::kinematics;
 use crate::test_motion::Tracking;
+use crate::thrusters::Firing;
 
 /// A variable of a lane.
 #[derive(Clone, Debug)]
@@ -120,6 +121,8 @@ lane_state! {
         compensation: Compensation<L>, if compensates(m) => facility.compensation;
         space_motion: ArmMotion<L, N>, if has_plan(m) => space.motion;
         hil_motion: ArmMotion<L, N>, if has_plan(m) => hil.motion;
+        space_firing: Firing<L>, if m.guidance.thrusters.is_some() => space.firing;
+        hil_firing: Firing<L>, if m.guidance.thrusters.is_some() => hil.firing;
         space_felt: Wrench<L>, if has_plan(m) => space.felt;
         hil_felt: Wrench<L>, if has_plan(m) => hil.felt;
     }

@@ -14,6 +14,7 @@ use crate::params::Params;
 use crate::plant::Plant;
 use crate::space::{Wrench, hil_masses, space_masses};
 use crate::staged::{followed, kinematics, metrics, start};
+use crate::thrusters::no_firing;
 
 /// [`Tile::reset`], compiled for the lanes.
 struct Reset<'a, L: Lane, const N: usize> {
@@ -54,6 +55,7 @@ impl<L: Lane, const N: usize> Tile<L, N> {
             side.interface.reset(m, p, pair, fresh);
             side.motion.set_where(fresh, &no_motion());
             side.interface.grip.set_where(fresh, &no_grip());
+            side.firing.set_where(fresh, &no_firing());
             side.felt.set_where(fresh, &Wrench::zero());
         }
         if self.facility.batch.loops == Loops::SpaceOnly {

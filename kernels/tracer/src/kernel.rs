@@ -130,7 +130,7 @@ fn constants(plant: &Plant, batch: Batch, slots: usize) -> String {
     format!(
         "const SUBSTEP = {:?}f;\nconst SUBSTEPS = {}u;\nconst MAX_TICKS = {}u;\nconst SLOTS = {slots}u;\n\
          const SENSOR_SUBSTEPS = {}u;\nconst LINK = {LINK}u;\nconst SENSOR_A = {}u;\nconst SENSOR_B = {}u;\n\
-         const CAMERA_A = {}u;\nconst CAMERA_B = {}u;\nconst NOISY_CAMERA = {};\nconst PLANNED = {};\n\
+         const CAMERA_A = {}u;\nconst CAMERA_B = {}u;\nconst NOISY_CAMERA = {};\nconst PLANNED = {};\nconst FIRES = {};\n\
          const NOISY = {};\nconst FACILITY = {};\nconst COMPENSATED = {};\nconst PREDICTED = {};\nconst LOADED = {};\n\
          const COMPLIANT_FIXTURE = {};\nconst POSES = {};\nconst SUPERVISED = {};\n\n",
         t.substep as f32,
@@ -143,6 +143,7 @@ fn constants(plant: &Plant, batch: Batch, slots: usize) -> String {
         CAMERA[1],
         has_noisy_camera(plant),
         has_plan(plant),
+        plant.guidance.thrusters.is_some(),
         batch.noisy,
         batch.loops == Loops::Both,
         compensates(plant),

@@ -26,6 +26,7 @@ use softdock_kernels::sensor::{self, Sensor};
 use softdock_kernels::session::{self, Asked, Clearance, Observed, Session};
 use softdock_kernels::space::{self, Actuation, Bodies, Kinematics, Masses, Parts, Wrench};
 use softdock_kernels::test_motion::{self, Followed, Tracking};
+use softdock_kernels::thrusters::{self, Firing};
 use softdock_kernels::vector::Vec3;
 
 /// The WGSL struct of a bundle, by the bundle's own name.
@@ -63,6 +64,7 @@ pub fn structures<const N: usize>(m: &Plant) -> Vec<Struct> {
         structure::<Kinematics<Sym, N>>(),
         structure::<Actuation<Sym, N>>(),
         structure::<ArmMotion<Sym, N>>(),
+        structure::<Firing<Sym>>(),
         structure::<Parts<Sym>>(),
         structure::<Wrench<Sym>>(),
         structure::<Point<Sym>>(),
@@ -116,8 +118,11 @@ fn body_stages<const N: usize>(m: &Plant) -> Vec<Function> {
         stage!(start(p: Params<Sym>, masses: Masses<Sym>) -> Bodies<Sym, N> => softdock_kernels::start::start(m, &p, &masses)),
         stage!(kinematics(masses: Masses<Sym>, s: Bodies<Sym, N>) -> Kinematics<Sym, N> => space::kinematics(m, &masses, &s)),
         stage!(parts_of(k: Kinematics<Sym, N>) -> Parts<Sym> => k.parts),
-        stage!(guide(p: Params<Sym>, masses: Masses<Sym>, s: Bodies<Sym, N>, k: Kinematics<Sym, N>, watch: Watch<Sym>, motion: ArmMotion<Sym, N>)
-            -> Actuation<Sym, N> => softdock_kernels::guidance::guide(m, &p, &masses, &s.arm, &s.drives, s.chaser.attitude, &k, monitor::touched(&watch), &motion)),
+        stage!(guide(p: Params<Sym>, masses: Masses<Sym>, s: Bodies<Sym, N>, k: Kinematics<Sym, N>, watch: Watch<Sym>, motion: ArmMotion<Sym, N>, firing: Firing<Sym>)
+            -> Actuation<Sym, N> => softdock_kernels::guidance::guide(m, &p, &masses, &s.arm, &s.drives, s.chaser.attitude, &k, monitor::touched(&watch), &motion, &firing)),
+        stage!(no_firing() -> Firing<Sym> => thrusters::no_firing()),
+        stage!(fire(firing: Firing<Sym>, s: Bodies<Sym, N>, k: Kinematics<Sym, N>, watch: Watch<Sym>)
+            -> Firing<Sym> => thrusters::fire(m, &firing, s.chaser.attitude, &k, monitor::touched(&watch))),
         stage!(no_motion() -> ArmMotion<Sym, N> => arm_motion::no_motion()),
         stage!(follow(p: Params<Sym>, motion: ArmMotion<Sym, N>, s: Bodies<Sym, N>, k: Kinematics<Sym, N>, felt: Wrench<Sym>, watch: Watch<Sym>, noise: Wrench<Sym>)
             -> ArmMotion<Sym, N> => arm_motion::follow(m, &p, &motion, &s.arm, &s.drives, s.chaser.attitude, &k, &felt, watch.closed, &noise)),

@@ -1,9 +1,8 @@
 //! Phases of the arm's motion, with their guards; the camera and the force sensor of the arm.
 
 use super::bodies::{Bodies, joint_places};
-use super::control::{self, IDLE};
+use super::control::{self, IDLE, ticks};
 use crate::check::{Checker, span_of, take_parameters};
-use crate::units::show;
 use crate::written::scenario::{ArmTable, CameraTable, ComplianceTable, GoalTable, GuardTable, PhaseTable};
 use crate::written::{At, Quantity};
 use softdock_kernels::arm_plan::{ArmGuard, ArmPhase, ArmPlan, Camera, Compliance, Goal, IMAGES, Pace};
@@ -413,18 +412,6 @@ fn camera(
         noise_rotation: c.number_or(noise_rotation, 0.0, "rad", noise),
         smoothing: c.number_or(smoothing, 0.0, "s", Range::within(0.0, 100.0)),
     })
-}
-
-/// A time as a whole number of ticks, from `least` to `most`.
-fn ticks(c: &mut Checker, written: &Quantity, tick: f64, [least, most]: [f64; 2]) -> u32 {
-    let time = c.number(written, "s", Range::within(least * tick * (1.0 - 1e-9), most * tick * (1.0 + 1e-9)));
-    let count = (time / tick).round();
-    if (time / tick - count).abs() > 1e-6 {
-        let message = format!("{} is not a whole number of ticks of {}", show(time, "s"), show(tick, "s"));
-        let nearest = show(count.clamp(least, most) * tick, "s");
-        c.refuse(&written.span, message, format!("write a multiple of the tick: {nearest} is the nearest"));
-    }
-    count as u32
 }
 
 #[cfg(test)]

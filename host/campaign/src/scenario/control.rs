@@ -2,10 +2,12 @@
 
 use super::sliding::units;
 use crate::check::{Checker, span_of};
-use crate::written::Quantities;
-use crate::written::scenario::{ArmTable, ControllerTable, GuidanceTable};
-use softdock_kernels::model::{ArmControl, MAX_JOINTS, Thrust};
+use crate::units::show;
+use crate::written::scenario::{ArmTable, ControllerTable, GuidanceTable, ThrustersTable};
+use crate::written::{At, Quantities, Quantity};
+use softdock_kernels::model::{ArmControl, MAX_JOINTS, Thrust, Thrusters, Timing};
 use softdock_kernels::range::{DAMPING, FORCE, Range, STIFFNESS};
+use softdock_kernels::vector::Vec3;
 
 const STIFF: Range = Range::within(0.0, STIFFNESS);
 const DAMP: Range = Range::within(0.0, DAMPING);
@@ -24,6 +26,37 @@ pub(crate) fn thrust(c: &mut Checker, table: &GuidanceTable) -> Thrust {
         max_force: c.number(&t.max_force, "N", Range::within(0.0, FORCE)),
         max_torque: c.number(&t.max_torque, "N m", Range::within(0.0, FORCE)),
     }
+}
+
+/// Longest pulse of a thruster \[ticks\].
+const LONGEST_PULSE: f64 = 1e5;
+
+/// The thrusters of the base.
+pub(crate) fn thrusters(c: &mut Checker, table: Option<&At<ThrustersTable>>, timing: &Timing) -> Option<Thrusters> {
+    let t = &table?.value;
+    let torque = c.vector(&t.torque, "N m", Range::within(0.0, FORCE));
+    if torque == Vec3::zero() {
+        c.refuse(&t.torque.span, "the thrusters have no torque", "write a torque above 0 N m, or remove the table");
+    }
+    Some(Thrusters {
+        torque,
+        deadband: c.number(&t.deadband, "rad", Range::above(0.0, 0.5)),
+        lead: c.number(&t.lead, "s", Range::within(0.0, 1e3)),
+        pulse: ticks(c, &t.pulse, timing.tick(), [1.0, LONGEST_PULSE]),
+        off_at_touch: t.off_at_touch.unwrap_or(false),
+    })
+}
+
+/// A time as a whole number of ticks, from `least` to `most`.
+pub(super) fn ticks(c: &mut Checker, written: &Quantity, tick: f64, [least, most]: [f64; 2]) -> u32 {
+    let time = c.number(written, "s", Range::within(least * tick * (1.0 - 1e-9), most * tick * (1.0 + 1e-9)));
+    let count = (time / tick).round();
+    if (time / tick - count).abs() > 1e-6 {
+        let message = format!("{} is not a whole number of ticks of {}", show(time, "s"), show(tick, "s"));
+        let nearest = show(count.clamp(least, most) * tick, "s");
+        c.refuse(&written.span, message, format!("write a multiple of the tick: {nearest} is the nearest"));
+    }
+    count as u32
 }
 
 #[derive(Clone, Copy, PartialEq)]

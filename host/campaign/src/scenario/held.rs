@@ -46,6 +46,8 @@ pub(super) fn check(c: &mut Checker, file: &ScenarioFile, held: Held, p: &Params
         refuse(span(&file.start.chaser_rate), BASE.message, "remove it, or remove base.held");
         let approach = file.guidance.approach.as_ref().map(|approach| approach.span.clone());
         refuse(approach, "a held base takes no thrust", "remove [guidance.approach], or remove base.held");
+        let thrusters = file.base.thrusters.as_ref().map(|thrusters| thrusters.span.clone());
+        refuse(thrusters, "a held base has nothing to turn", "remove base.thrusters, or remove base.held");
     }
     if held.target {
         refuse(span(&file.start.target_rate), TARGET.message, "remove it, or remove target.held");

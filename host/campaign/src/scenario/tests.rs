@@ -333,6 +333,30 @@ fn keys_that_do_nothing_on_a_held_body_are_refused() {
     assert!(problems.iter().any(|p| p.message.contains("the target is held")), "{:?}", problems.iter().next());
 }
 
+const THRUSTERS: &str = "[base.thrusters]\ntorque = [\"1 N m\", \"2 N m\", \"0 N m\"]\ndeadband = \"0.5 deg\"\nlead = \"4 s\"\n\
+                         pulse = \"20 ms\"\n[part_a]\n";
+
+#[test]
+fn thrusters_are_read_and_those_that_do_nothing_are_refused() {
+    let with = |text: &str| FREE_BODY.replace("[part_a]\n", text);
+    let m = scenario(&with(THRUSTERS)).unwrap_or_else(|problems| panic!("{problems}")).model;
+    let own = m.guidance.thrusters.expect("thrusters");
+    assert_eq!((own.torque, own.pulse, own.off_at_touch), (vec3(1.0, 2.0, 0.0), 20, false));
+    assert!((own.deadband - 0.5_f64.to_radians()).abs() < 1e-15 && own.lead == 4.0);
+    let cases = [
+        ("pulse = \"20 ms\"", "pulse = \"20.5 ms\"", "not a whole number of ticks"),
+        ("\"1 N m\", \"2 N m\"", "\"0 N m\", \"0 N m\"", "the thrusters have no torque"),
+        ("deadband = \"0.5 deg\"", "deadband = \"0 deg\"", "out of range"),
+        ("\"2 N m\"", "\"2 N\"", "this is a force"),
+    ];
+    for (old, new, what) in cases {
+        let problems = scenario(&with(&THRUSTERS.replace(old, new))).expect_err(new);
+        assert!(problems.to_string().contains(what), "{new}: {problems}");
+    }
+    let problems = scenario(&with_held(&with(THRUSTERS), "base")).expect_err("a held base");
+    assert!(problems.to_string().contains("a held base has nothing to turn"), "{problems}");
+}
+
 /// A mast that slides along x with a boom that turns about z; on the mast an antenna that turns, on the root another one.
 const MAST: &str = r#"<robot name="mast"><link name="root"/>
   <joint name="mast" type="prismatic"><axis xyz="1 0 0"/><parent link="root"/><child link="m"/>

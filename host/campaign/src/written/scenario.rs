@@ -92,6 +92,24 @@ pub(crate) struct BaseTable {
     pub(crate) position: Option<Quantities>,
     /// Start attitude in the contact frame as roll, pitch, yaw; only without `start.gap`.
     pub(crate) rotation: Option<Quantities>,
+    /// Thrusters that hold the attitude of the start; without them the base turns freely.
+    pub(crate) thrusters: Option<At<ThrustersTable>>,
+}
+
+/// Attitude control by thruster pulses, each body axis for itself.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct ThrustersTable {
+    /// Torque about each body axis while it fires.
+    pub(crate) torque: Quantities,
+    /// A pulse begins where error + lead x rate leaves this.
+    pub(crate) deadband: Quantity,
+    /// Lead, which damps.
+    pub(crate) lead: Quantity,
+    /// Time of a pulse, a whole number of ticks.
+    pub(crate) pulse: Quantity,
+    /// true: they are off from the first touch; default false.
+    pub(crate) off_at_touch: Option<bool>,
 }
 
 /// The manipulator.

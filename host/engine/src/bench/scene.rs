@@ -45,6 +45,7 @@ pub fn scene(substep: f64, substeps: u32, ticks: u32) -> Plant {
         guidance: Guidance {
             thrust: Thrust::Off,
             plan: None,
+            thrusters: None,
             arm: ArmControl::JointPd { stiffness: [40.0; MAX_JOINTS], damping: [15.0; MAX_JOINTS] },
         },
         orbit_rate: 0.0,
