@@ -126,3 +126,33 @@ fn momentum_holds_through_the_grapple_of_a_tumbling_satellite() {
     let touched = rows.iter().filter(|row| row.space.contact_count > 0.0).count();
     assert!(captured >= 3 && touched >= 2, "{captured} captured, {touched} touched");
 }
+
+#[test]
+fn soft_impedance_lowers_the_peak_force_of_the_grapple() {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("campaigns/grapple.toml");
+    let campaign = softdock_campaign::load(&path).unwrap_or_else(|problems| panic!("{problems}"));
+    // Twice the camera's error of the campaign, so that the fingers push the pin into their middle.
+    let wide = |run| {
+        let params = campaign.draw(run).expect("a draw").params;
+        Params { camera_offset: params.camera_offset * 2.0, ..params }
+    };
+    let params: Vec<_> = (0..32).map(wide).collect();
+    let peaks = |stiffness: f64, damping: f64, turning: [f64; 2]| -> Vec<f64> {
+        let mut model = campaign.scenario.model.clone();
+        for phase in &mut model.guidance.plan.as_mut().expect("phases").phases {
+            phase.control = ArmControl::CartesianImpedance {
+                stiffness,
+                damping,
+                rotation_stiffness: turning[0],
+                rotation_damping: turning[1],
+                joint_damping: 5.0,
+            };
+        }
+        run(model, &params).iter().map(|row| row.space.peak_contact_force).collect()
+    };
+    let (soft, stiff) = (peaks(300.0, 300.0, [100.0, 100.0]), peaks(2e4, 3000.0, [8000.0, 1000.0]));
+    let pairs: Vec<_> = soft.into_iter().zip(stiff).filter(|(soft, stiff)| *soft > 0.0 && *stiff > 0.0).collect();
+    let lower = pairs.iter().filter(|(soft, stiff)| soft < stiff).count();
+    // Of 24 pairs 20 lower ones: at least two thirds with 95 % confidence.
+    assert!(pairs.len() >= 24 && lower * 6 >= pairs.len() * 5, "{lower} of {} are lower", pairs.len());
+}

@@ -239,6 +239,12 @@ impl<'a> Scene<'a> {
         }
     }
 
+    /// Velocity of part A relative to part B \[m/s\]; none where it is rounding alone.
+    fn closing_velocity(&self) -> Option<Vec3<f64>> {
+        let velocity = self.parts.a.velocity - self.parts.b.velocity;
+        (velocity.norm() > 1e-9).then_some(velocity)
+    }
+
     /// The parts with frames, latch, approach and least distance.
     fn draw_near(&self, view: &mut View) {
         self.draw_part(view, Side::B);
@@ -246,8 +252,7 @@ impl<'a> Scene<'a> {
         let (a, b) = (self.a, self.b);
         axes(view, a, 34.0);
         axes(view, b, 34.0);
-        let velocity = self.parts.a.velocity - self.parts.b.velocity;
-        if velocity.norm() > 0.0 {
+        if let Some(velocity) = self.closing_velocity() {
             let direction = velocity * (1.0 / velocity.norm());
             let radius = self.points().map(|(_, _, point, _)| point.radius).fold(0.0, f64::max);
             let from = a.position - vec3(0.0, 0.0, radius + view.metres(18.0));
@@ -358,12 +363,13 @@ impl<'a> Scene<'a> {
             }
         };
         row(out, &frame, "axes x (red), y (green), z (blue) of base, target, parts A and B");
-        let velocity = self.parts.a.velocity - self.parts.b.velocity;
-        let approach = |out: &mut String, y: f64| {
-            arrow(out, [left, y], [left + 28.0, y], &Pen::line(VELOCITY, 2.4));
-        };
-        let speed = with_unit(velocity.norm() * 1e3, "mm/s");
-        row(out, &approach, &format!("velocity of part A relative to part B: {speed} (arrow not to scale)"));
+        if let Some(velocity) = self.closing_velocity() {
+            let approach = |out: &mut String, y: f64| {
+                arrow(out, [left, y], [left + 28.0, y], &Pen::line(VELOCITY, 2.4));
+            };
+            let speed = with_unit(velocity.norm() * 1e3, "mm/s");
+            row(out, &approach, &format!("velocity of part A relative to part B: {speed} (arrow not to scale)"));
+        }
         if self.plant.contact.latch.is_some() {
             row(
                 out,
