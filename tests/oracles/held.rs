@@ -1,7 +1,7 @@
 //! A held base and a held target: closed forms, heavy free bodies, and an independent integrator.
 
 use super::arm_drives::{elastic, frequency, rod};
-use super::bench::{assert_close, at, closing, inertia, run, two_bodies};
+use super::bench::{assert_close, at, closing, inertia, run, runge_kutta, two_bodies};
 use super::floating::Dense;
 use super::lanes::six_joints;
 use softdock_kernels::arm_motion::no_motion;
@@ -170,16 +170,7 @@ fn integrated(step: f64) -> [f64; 4] {
         let gain = dense.accelerations(&u, pulled(m.base_pose.position + dense.tool()));
         [y[2], y[3], gain[6], gain[7]]
     };
-    let moved = |y: [f64; 4], slope: [f64; 4], dt: f64| std::array::from_fn(|i| y[i] + dt * slope[i]);
-    let mut y = [0.0, 0.0, 0.5, -0.8];
-    for _ in 0..(2.0 / step).round() as u32 {
-        let a = slope(y);
-        let b = slope(moved(y, a, step / 2.0));
-        let c = slope(moved(y, b, step / 2.0));
-        let d = slope(moved(y, c, step));
-        y = std::array::from_fn(|i| y[i] + step / 6.0 * (a[i] + 2.0 * b[i] + 2.0 * c[i] + d[i]));
-    }
-    y
+    runge_kutta([0.0, 0.0, 0.5, -0.8], (step, 2.0), slope)
 }
 
 #[test]
