@@ -30,13 +30,17 @@ tree() {
 }
 
 # Kills a node: the daemon first, so that it reports nothing; then the step daemons of its jobs with all they have started.
+# A step daemon shows its node only once its script runs: one that has just begun is waited for.
 kill_node() {
     local script step
     kill -9 "$(cat "$folder/node$1.pid")" 2>/dev/null || true
-    for script in $(pgrep -f "$folder/spool.node$1/job" || true); do
-        step=$(ps -o ppid= -p "$script" | tr -d ' ') || continue
-        # shellcheck disable=SC2046
-        [ "$step" -gt 1 ] && kill -9 $(tree "$step") 2>/dev/null || true
+    for _ in $(seq 15); do
+        for script in $(pgrep -f "$folder/spool.node$1/job" || true); do
+            step=$(ps -o ppid= -p "$script" | tr -d ' ') || continue
+            # shellcheck disable=SC2046
+            [ "$step" -gt 1 ] && kill -9 $(tree "$step") 2>/dev/null || true
+        done
+        sleep 0.1
     done
 }
 
