@@ -109,7 +109,7 @@ Each metric has two columns: `space_...` and `hil_...`. A metric without a value
     .to_owned();
     header(&mut out, &["metric", "column", "unit", "meaning", "has a value"]);
     for field in fields::<f64, Metrics<f64>>() {
-        let when = match Metrics::presence(&field.name) {
+        let when = match Presence::of(&field) {
             Presence::Always => "always",
             Presence::Happened => "if the event happened",
             Presence::Tested => "with a test motion",

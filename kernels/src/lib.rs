@@ -45,6 +45,7 @@ pub mod session;
 pub mod space;
 mod spatial;
 pub mod staged;
+pub mod stages;
 pub mod start;
 pub mod test_motion;
 pub mod thrusters;

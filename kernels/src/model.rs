@@ -848,7 +848,7 @@ pub struct Task {
     pub end_after_separation: f64,
     /// A loop is over this long after capture, in space and on the facility \[s\]; infinite = never.
     pub end_after_capture: [f64; 2],
-    /// A contact deeper than this is a numerical failure (penetration limit) \[m\].
+    /// A contact deeper than this is a numerical failure (penetration limit), in space and on the facility \[m\].
     pub max_depth: f64,
 }
 

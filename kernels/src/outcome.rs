@@ -154,6 +154,8 @@ fn run_flags(m: &Plant, space: &Metrics<f64>, hil: &Metrics<f64>, end: &EndState
         (non_finite(hil) && !is_set(end.hil_unstable), flags::HIL_NON_FINITE),
         (jump, flags::SPACE_ENERGY_JUMP),
         (space.peak_depth > m.task.max_depth, flags::SPACE_PENETRATION),
+        // A session that a rule stopped, or that diverged, has failed already, whatever its parts did before.
+        (hil.peak_depth > m.task.max_depth && end.stop().is_none(), flags::HIL_PENETRATION),
         (is_set(end.hil_unstable), flags::HIL_UNSTABLE),
         (is_set(end.saturated), flags::SENSOR_SATURATED),
         (is_set(end.limited), flags::ROBOT_SPEED_LIMIT),

@@ -250,6 +250,24 @@ fn probe_that_comes_through_a_thin_plate_makes_the_run_invalid() {
     }
 }
 
+/// Softer parts on the robots go deeper than those in space: beyond the limit the facility's answer is none, and the run is
+/// invalid. A session that was stopped has failed already.
+#[test]
+fn depth_beyond_the_limit_on_the_facility_makes_the_run_invalid() {
+    let mut model = two_bodies(2.5e-4, 2.0, 0.0);
+    model.base_pose = at(-5e-3, 0.0, 0.0);
+    // 50 kg of reduced mass at 0.1 m/s: 5 mm deep on 20 kN/m, 10 mm on the 5 kN/m of the mounted parts.
+    let params = Params { contact_stiffness_error: -0.75, ..closing(50.0, 0.1, 2e4, 0.0) };
+    for (limit, rule, flagged) in [(0.011, f64::INFINITY, false), (0.006, f64::INFINITY, true), (0.006, 40.0, false)] {
+        model.task.max_depth = limit;
+        model.facility.rules.force = rule;
+        let row = &run(model.clone(), &[params])[0];
+        assert_eq!(row.flags & flags::SPACE_PENETRATION, 0, "{:?}", row.space);
+        assert_eq!(row.flags & flags::HIL_PENETRATION != 0, flagged, "{limit} m: {:?}", row.hil);
+        assert_eq!(row.flags & flags::INVALID != 0, flagged, "{limit} m");
+    }
+}
+
 /// Loss-free bounces between two walls: the energy of the first approach is there after four thousand contacts.
 #[test]
 fn loss_free_bounces_between_walls_keep_their_energy() {

@@ -2,10 +2,11 @@
 
 use super::rounding::{F32, evaluate};
 use super::samples::{CASES, Case, MESHED, OBSERVED, SAMPLES, arguments};
-use super::table::{Row, Twin, stage_rows};
+use super::table::STAGES;
 use super::{POISON, WORKGROUP, adapters, words, written};
 use softdock_engine::gpu::GpuEngine;
 use softdock_kernels::fields::Field;
+use softdock_kernels::stages::{StageRow, base_name, stages};
 use softdock_test_size::is_full;
 use softdock_tracer::kernel::{Kernel, TABLES, kernel};
 use softdock_tracer::wgsl::Function;
@@ -114,7 +115,7 @@ fn compare<const N: usize>(gpu: &GpuEngine, case: &Case, found: &mut Found) {
     let functions = std::mem::take(&mut kernel.functions);
     let is_new = |own: &Function| found.run.insert(own.listing()) || is_full();
     let functions: Vec<Function> = functions.into_iter().filter(is_new).collect();
-    let rows = stage_rows::<N>();
+    let rows = stages::<f64, N>(&case.plant);
     for functions in groups(&functions) {
         let lists: Vec<_> = functions.iter().map(|function| arguments::<N>(case, function)).collect();
         let columns = lists.iter().flat_map(|samples| {
@@ -133,25 +134,33 @@ fn compare<const N: usize>(gpu: &GpuEngine, case: &Case, found: &mut Found) {
             .unwrap_or_else(|error| panic!("{}: {error}", case.name));
         let mut results = buffers[1].chunks(SAMPLES);
         for (function, samples) in functions.iter().zip(&lists) {
-            let row = rows.iter().find(|row| row.name == function.name).expect("no orphan: the table's own test");
+            let row =
+                rows.iter().find(|row| row.name == function.name).expect("the list has the scalar alone as its type");
             let columns: Vec<&[u32]> = results.by_ref().take(function.result.fields.len()).collect();
             let errors = check(case, row, function, samples, &columns, &mut found.faults);
-            let entry = found.seen.entry(function.name.clone()).or_default();
+            let entry = found.seen.entry(base_name(&function.name).to_owned()).or_default();
             *entry = entry.or(errors);
         }
     }
 }
 
+/// What the table allows a function.
+fn allowed(name: &str) -> f64 {
+    let row = STAGES.iter().find(|stage| stage.0 == base_name(name));
+    row.expect("no orphan: the table's own test").1
+}
+
 /// One function's outputs against its Rust text, and the bounds of rounding from its trace.
 fn check(
     case: &Case,
-    row: &Row<Twin>,
+    row: &StageRow<'_, f64>,
     function: &Function,
     samples: &[Vec<f64>],
     columns: &[&[u32]],
     faults: &mut Vec<String>,
 ) -> Seen {
-    let truths: Vec<Vec<f64>> = samples.iter().map(|sample| (row.twin)(&case.plant, sample)).collect();
+    let truths: Vec<Vec<f64>> = samples.iter().map(|sample| (row.call)(sample)).collect();
+    let allowed_of_table = allowed(&function.name);
     let scales = scales(&function.result.fields, &truths);
     let mut seen = Seen::default();
     for (sample, (inputs, truth)) in samples.iter().zip(&truths).enumerate() {
@@ -173,7 +182,7 @@ fn check(
             }
             let scaled = error / scales[index] / F32;
             // Too close to a discontinuity to say which side is right: only the enclosure holds.
-            if scaled > row.allowed && allowed > UNDECIDED * scales[index] {
+            if scaled > allowed_of_table && allowed > UNDECIDED * scales[index] {
                 seen.undecided += 1.0 / (samples.len() * columns.len()) as f64;
             } else {
                 seen.scaled = seen.scaled.max(scaled);
@@ -222,9 +231,8 @@ fn stage_functions_match_their_rust_functions() {
         }
         let Found { seen, mut faults, .. } = found;
         println!("{:<14} {:>9} {:>8} {:>8} {:>9}  reason", "stage", "roundings", "allowed", "of bound", "undecided");
-        for row in stage_rows::<0>() {
-            let s = seen[row.name];
-            let (name, allowed, reason) = (row.name, row.allowed, row.reason);
+        for &(name, allowed, reason) in STAGES {
+            let s = seen[name];
             println!("{name:<14} {:>9.2} {allowed:>8} {:>8.3} {:>9.4}  {reason}", s.scaled, s.of_bound, s.undecided);
             // Only all cases together come near to what is allowed.
             let is_loose = is_full() && allowed > SLACK * s.scaled;

@@ -5,8 +5,9 @@ use crate::ranges::{in_words, legal};
 use crate::source::Source;
 use crate::units::{UnitError, noun, quantity, show, suggestions};
 use crate::written::scenario::InertiaTable;
-use crate::written::{At, Quantities, Quantity, Scalar};
-use softdock_kernels::params;
+use crate::written::{At, ParameterKey, Quantities, Quantity, Scalar};
+use softdock_kernels::fields::{Bundle, fields, from_slice, join, to_vec};
+use softdock_kernels::params::{self, Params};
 use softdock_kernels::range::{ANGLE, INERTIA, LENGTH, Range};
 use softdock_kernels::vector::{Pose, Quat, Sym3, Vec3, vec3};
 use std::ops::Range as Span;
@@ -137,6 +138,35 @@ impl Checker {
     /// The nominal value of a parameter in SI, or `default` without one; a value out of range is a problem.
     pub(crate) fn parameter_or(&mut self, written: &Option<Quantity>, field: &str, default: f64) -> f64 {
         written.as_ref().map_or(default, |written| self.parameter(written, field))
+    }
+
+    /// Takes parameters from the keys that hold them, each in the unit and range of its row. The others stay as they are: at
+    /// their null values, until something else has given them another.
+    pub(crate) fn take(&mut self, keys: Vec<(&'static str, ParameterKey<'_>)>, p: &mut Params<f64>) {
+        self.take_of("", keys, p);
+    }
+
+    /// [`Self::take`] of a bundle within the parameters, whose rows begin with its name.
+    pub(crate) fn take_of<B: Bundle<f64>>(
+        &mut self,
+        name: &str,
+        keys: Vec<(&'static str, ParameterKey<'_>)>,
+        bundle: &mut B,
+    ) {
+        let (fields, mut values) = (fields::<f64, B>(), to_vec::<f64, B>(bundle));
+        for (field, key) in keys {
+            let row = join(name, field);
+            let at = |field: &str| fields.iter().position(|row| row.name == field).expect("a field of the bundle");
+            match key {
+                ParameterKey::Number(written) => values[at(field)] = self.parameter(written, &row),
+                ParameterKey::Vector(written) => {
+                    let Vec3 { x, y, z } = self.vector(written, unit_of(&join(&row, "x")), legal(&row));
+                    let first = at(&join(field, "x"));
+                    values[first..first + 3].copy_from_slice(&[x, y, z]);
+                }
+            }
+        }
+        *bundle = from_slice(&values);
     }
 
     /// A list of exactly `count` numbers.
@@ -281,45 +311,3 @@ pub(crate) fn from_roll_pitch_yaw(rpy: Vec3<f64>) -> Quat<f64> {
     let yaw = about(rpy.z, vec3(0.0, 0.0, 1.0));
     yaw.compose(pitch).compose(roll).normalized()
 }
-
-/// What a key may hold for a parameter: a number, or a vector.
-pub(crate) trait OfParameter<T> {
-    /// Takes the value of a parameter, in the unit and range of its row; without one the parameter stays as it is.
-    fn take(&self, c: &mut Checker, field: &str, parameter: &mut T);
-}
-
-impl OfParameter<f64> for Quantity {
-    fn take(&self, c: &mut Checker, field: &str, parameter: &mut f64) {
-        *parameter = c.parameter(self, field);
-    }
-}
-
-impl OfParameter<f64> for Option<Quantity> {
-    fn take(&self, c: &mut Checker, field: &str, parameter: &mut f64) {
-        *parameter = c.parameter_or(self, field, *parameter);
-    }
-}
-
-impl OfParameter<Vec3<f64>> for Option<Quantities> {
-    fn take(&self, c: &mut Checker, field: &str, parameter: &mut Vec3<f64>) {
-        if let Some(written) = self {
-            *parameter = c.vector(written, unit_of(&format!("{field}_x")), legal(field));
-        }
-    }
-}
-
-/// Takes parameters from keys: `parameter = key;`, each in the unit and range of its row. A key that is not written leaves
-/// its parameter as it is: at its null value, until something else has given it another.
-///
-/// Those of one robot's drives are named with the robot: `take_parameters!(c, p, "robot1"; ...)`.
-macro_rules! take_parameters {
-    ($c:expr, $p:expr; $($field:ident = $written:expr;)*) => {
-        $($crate::check::OfParameter::take(&$written, $c, stringify!($field), &mut $p.$field);)*
-    };
-    ($c:expr, $p:expr, $robot:expr; $($field:ident = $written:expr;)*) => {
-        $($crate::check::OfParameter::take(
-            &$written, $c, &format!("{}_{}", $robot, stringify!($field)), &mut $p.$field);)*
-    };
-}
-
-pub(crate) use take_parameters;

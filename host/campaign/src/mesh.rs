@@ -1,23 +1,30 @@
 //! Meshes of a scenario: the files that its solids name, checked and prepared, and what `check` states of them.
 
 use crate::check::{Checker, span_of};
+use crate::inertia::Joined;
 use crate::mobility::effective_mass;
 use crate::overlap::millimetres;
 use crate::source::Source;
-use crate::written::At;
 use crate::written::scenario::SolidTable;
+use crate::written::{At, Quantity};
 use softdock_input::InputError;
 use softdock_kernels::contact::mesh::Mesh;
 use softdock_kernels::model::{Model, PartShape, Shape};
 use softdock_kernels::plant::part_points;
 use softdock_kernels::range::{LENGTH, Range};
-use softdock_mesh::{ClosedMesh, DEFAULT_POINTS, Format, MOST_POINTS, MeshFault, MeshReport, Options, Triangles};
+use softdock_kernels::vector::{Pose, Quat};
+use softdock_mesh::{
+    ClosedMesh, DEFAULT_POINTS, Format, MOST_POINTS, MassProperties, MeshFault, MeshReport, Options, Triangles,
+};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, OnceLock, Weak};
 
 /// Largest mesh file: a binary STL with the most triangles has 25 MB, the same as text up to 140.
 const LARGEST: u64 = 160 << 20;
+
+/// Units of length of a mesh file \[m\].
+const UNITS: [(&str, f64); 4] = [("mm", 1e-3), ("cm", 1e-2), ("m", 1.0), ("in", 0.0254)];
 
 /// Least and greatest size of a mesh, and so many times as large as the other part at most \[m\].
 const SIZES: Range = Range::within(1e-4, 100.0);
@@ -98,7 +105,7 @@ pub(crate) fn read(c: &mut Checker, tables: [&[SolidTable]; 2], parts: [&mut Par
 /// A mesh with the file that it came from; `None` after a problem.
 fn one(c: &mut Checker, table: &SolidTable, key: String, margin: f64) -> Option<(Shape, MeshFile)> {
     let (file, unit) = (table.file.as_ref()?, table.unit.as_ref()?);
-    let unit = c.choice(unit, &[("mm", 1e-3), ("cm", 1e-2), ("m", 1.0), ("in", 0.0254)]);
+    let unit = c.choice(unit, &UNITS);
     let length = Range::above(0.0, LENGTH);
     let resolution = table.resolution.as_ref().map(|written| c.number(written, "m", length));
     let patch = table.patch.as_ref().map(|written| c.number(written, "m^2", Range::above(0.0, 100.0)));
@@ -112,7 +119,7 @@ fn one(c: &mut Checker, table: &SolidTable, key: String, margin: f64) -> Option<
         (None, Some(_)) => DEFAULT_POINTS,
         (None, None) => 0,
     };
-    let density = table.density.as_ref().map(|written| c.number(written, "kg/m^3", Range::within(1.0, 3e4)));
+    let density = table.density.as_ref().map(|written| density(c, written));
     let options = Options { resolution, margin, points, patch: patch.unwrap_or(1.0) };
     let (path, bytes) = bytes(c, file)?;
     let Some(format) = Format::of(&file.value) else {
@@ -150,6 +157,38 @@ fn bytes(c: &mut Checker, file: &At<String>) -> Option<(PathBuf, Arc<[u8]>)> {
             None
         }
     }
+}
+
+/// Mass properties of a part's meshes that state a density, in the part's frame; `None` where none does.
+///
+/// What is wrong with a mesh or its keys is noted where its solid is read; it has no mass here.
+pub(crate) fn mass_of(c: &Checker, solids: &[SolidTable]) -> Option<Joined> {
+    let mut quiet = Checker::new(c.source.clone());
+    let (mut all, mut any) = (Joined::nothing(), false);
+    for table in solids.iter().filter(|table| table.shape.value == "mesh") {
+        let Some(written) = &table.density else { continue };
+        any = true;
+        let density = density(&mut quiet, written);
+        let frame = quiet.pose(&table.position, &table.rotation);
+        let closed = closed_mesh(&mut quiet, table).filter(|_| quiet.problems.is_empty());
+        if let Some(MassProperties { mass, centre, inertia }) = closed.map(|mesh| mesh.mass_properties(density)) {
+            all.add(mass, inertia, frame.compose(Pose { position: centre, attitude: Quat::identity() }));
+        }
+    }
+    any.then_some(all)
+}
+
+/// The closed mesh of a solid's file; `None` after a problem.
+fn closed_mesh(c: &mut Checker, table: &SolidTable) -> Option<ClosedMesh> {
+    let (file, unit) = (table.file.as_ref()?, table.unit.as_ref()?);
+    let unit = c.choice(unit, &UNITS);
+    let (_, bytes) = bytes(c, file)?;
+    let triangles = Triangles::read(&bytes, Format::of(&file.value)?, unit).ok()?;
+    ClosedMesh::check(&triangles).ok()
+}
+
+fn density(c: &mut Checker, written: &Quantity) -> f64 {
+    c.number(written, "kg/m^3", Range::within(1.0, 3e4))
 }
 
 /// Reads, checks and prepares a mesh, or takes the same one from before.
@@ -273,6 +312,7 @@ mod tests {
     use crate::problem::Problems;
     use crate::scenario::Scenario;
     use crate::scenario::tests::FREE_BODY;
+    use softdock_kernels::vector::vec3;
 
     /// A cube of 200 about the origin, its triangles counter-clockwise from outside.
     const CUBE: &str = "v -100 -100 -100\nv 100 -100 -100\nv -100 100 -100\nv 100 100 -100\nv -100 -100 100\n\
@@ -304,6 +344,42 @@ mod tests {
         }
         let other = loaded(&CUBE.replace("100", "101"), SOLID).expect("valid");
         assert_ne!(found.mesh_hashes(), other.mesh_hashes());
+    }
+
+    const MASSES: [&str; 2] = [
+        "[target]\nmass = \"400 kg\"\ninertia = { ixx = \"60 kg m^2\", iyy = \"60 kg m^2\", izz = \"60 kg m^2\" }\n",
+        "[target]\n",
+    ];
+
+    /// A cube of 21.6 kg on the axis: a sixth of m a^2 about its centre. The target's frame is there, turned as the part asks.
+    #[test]
+    fn target_without_a_mass_has_that_of_its_meshes() {
+        let folder = tempfile::tempdir().expect("a folder");
+        std::fs::write(folder.path().join("cube.obj"), CUBE).expect("written");
+        let solid = format!("{SOLID}density = \"2.7 g/cm^3\"\n");
+        let read = |part: &str, solid: &str| {
+            let text = FREE_BODY.replace(PLANE, solid).replace(MASSES[0], MASSES[1]).replace("[part_b]\n", part);
+            Scenario::from_source(Source::new(folder.path().join("test.toml"), text))
+        };
+        let model = read("[part_b]\nrotation = [\"0 deg\", \"0 deg\", \"90 deg\"]\n", &solid).expect("valid").model;
+        let moment = 21.6 * 0.04 / 6.0;
+        assert!((model.nominal.target_mass - 21.6).abs() < 1e-9, "{}", model.nominal.target_mass);
+        let inertia = model.target_inertia;
+        for (one, wanted) in [(inertia.xx, moment), (inertia.yy, moment), (inertia.zz, moment), (inertia.xy, 0.0)] {
+            assert!((one - wanted).abs() < 1e-9, "{inertia:?}");
+        }
+        // The part's x axis, on which the cube's centre is at 100 mm, is the body's y axis.
+        assert!((model.seat.position - vec3(0.0, -0.1, 0.0)).norm() < 1e-12, "{:?}", model.seat);
+        let start = model.target_pose.compose(model.seat);
+        assert!(start.position.norm() < 1e-12, "part B starts at the origin: {start:?}");
+        let placed = "[part_b]\nposition = [\"0 m\", \"0 m\", \"0 m\"]\n";
+        for (part, solid, message) in [
+            (placed, &solid[..], "centre of mass follows from the meshes"),
+            ("[part_b]\n", SOLID, "this key must be there"),
+        ] {
+            let problems = read(part, solid).map(|_| ()).expect_err(message);
+            assert!(problems.to_string().contains(message), "{problems}");
+        }
     }
 
     #[test]

@@ -75,7 +75,7 @@ impl MetricRef {
         let success =
             Self { name: SUCCESS.to_owned(), unit: "1".to_owned(), source: MetricSource::Success, column: None };
         let monitor = fields::<f64, Metrics<f64>>().into_iter().enumerate().map(|(at, field)| Self {
-            source: MetricSource::Monitor(at, Metrics::presence(&field.name)),
+            source: MetricSource::Monitor(at, Presence::of(&field)),
             column: Some(field.column()),
             unit: field.unit.to_owned(),
             name: field.name,
@@ -106,7 +106,7 @@ impl MetricRef {
 
 /// When each metric of the monitor has a value, in the order of its field table; found once, not for every run.
 static PRESENCE: LazyLock<Vec<Presence>> =
-    LazyLock::new(|| fields::<f64, Metrics<f64>>().iter().map(|field| Metrics::presence(&field.name)).collect());
+    LazyLock::new(|| fields::<f64, Metrics<f64>>().iter().map(Presence::of).collect());
 
 /// Values of a campaign's custom metrics in one loop of a run.
 ///

@@ -12,7 +12,7 @@ mod impedance;
 mod joint_level;
 pub(crate) mod sliding;
 
-use crate::check::{Checker, take_parameters};
+use crate::check::Checker;
 use crate::identified::{IdentifiedEffect, identified_effects};
 use crate::mesh::{self, MeshFile};
 use crate::overlap;
@@ -368,14 +368,7 @@ fn whole_steps(c: &mut Checker, written: Option<&Quantity>, period: f64, step: f
 }
 
 fn start(c: &mut Checker, table: &StartTable, p: &mut Params<f64>) {
-    take_parameters!(c, p;
-        closing_speed = table.closing_speed;
-        drift = table.drift;
-        offset = table.offset;
-        tilt = table.tilt;
-        chaser_rate = table.chaser_rate;
-        target_rate = table.target_rate;
-    );
+    c.take(table.parameters(0), p);
 }
 
 fn task(c: &mut Checker, table: &TaskTable, has_latch: bool, station: Option<&Station>) -> Task {

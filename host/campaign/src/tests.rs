@@ -79,6 +79,7 @@ fn shipped_campaigns_are_valid_and_described() {
         ("insert.toml", 200),
         ("servo.toml", 200),
         ("grapple.toml", 200),
+        ("adapter_ring.toml", 200),
     ] {
         let campaign = shipped(name);
         assert_eq!(campaign.runs, runs);

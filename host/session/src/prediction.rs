@@ -96,8 +96,6 @@ impl SessionPlan {
             .collect::<Result<_>>()?;
         let columns: Vec<Vec<f64>> = all.iter().map(|(metrics, _)| to_vec(metrics)).collect();
         let lines = fields::<f64, Metrics<f64>>().into_iter().zip(to_vec(metrics)).enumerate();
-        let is_measured =
-            |name: &str| !(UNMEASURED.contains(&name) || name.starts_with("peak_") && name.ends_with("_time"));
         let lines = lines.filter(|(_, (field, _))| is_measured(&field.name)).map(|(i, (field, value))| {
             let mut sorted: Vec<f64> = columns.iter().map(|row| row[i]).collect();
             sorted.sort_by(f64::total_cmp);
@@ -108,6 +106,11 @@ impl SessionPlan {
         let predicted_success = all.iter().filter(|(_, passes)| *passes).count() as f64 / runs as f64;
         Ok(SessionPrediction { predicted_success, predictions: runs, metrics: lines.collect() })
     }
+}
+
+/// Whether a session gives the metric of this name.
+pub fn is_measured(name: &str) -> bool {
+    !(UNMEASURED.contains(&name) || name.starts_with("peak_") && name.ends_with("_time"))
 }
 
 /// Whether a predicted run is completed and meets every criterion of the task.

@@ -1,11 +1,12 @@
 //! The WGSL module that steps a block through a recording: structs and access from the field tables, traced functions,
 //! the frame.
 
-use crate::stages::{stage, structure};
+use crate::stages::{structure, traced};
 use crate::trace::Sym;
 use crate::wgsl::{Function, Struct};
 use softdock_kernels::block::Block;
 use softdock_kernels::fields::Field;
+use softdock_kernels::stage;
 use std::fmt::Write;
 
 /// The hand-written parts.
@@ -67,12 +68,13 @@ pub fn functions<B: Block>(block: &B, step: f64) -> Vec<Function> {
     type U<B> = <B as Block>::Input<Sym>;
     type V<B> = <B as Block>::Late<Sym>;
     type O<B> = <B as Block>::Output<Sym>;
-    vec![
-        stage!(lateness(p: P<B>, time: Sym) -> Sym => block.lateness(&p, time)),
-        stage!(start(p: P<B>, u: U<B>, late: V<B>) -> S<B> => block.start(&p, &u, &late)),
-        stage!(advance(p: P<B>, s: S<B>, u: U<B>, late: V<B>) -> S<B> => block.advance(step, &p, &s, &u, &late)),
-        stage!(output(p: P<B>, s: S<B>, u: U<B>, late: V<B>) -> O<B> => block.output(&p, &s, &u, &late)),
-    ]
+    let rows = [
+        stage!(Sym; lateness(p: P<B>, time: Sym) -> Sym => block.lateness(&p, time)),
+        stage!(Sym; start(p: P<B>, u: U<B>, late: V<B>) -> S<B> => block.start(&p, &u, &late)),
+        stage!(Sym; advance(p: P<B>, s: S<B>, u: U<B>, late: V<B>) -> S<B> => block.advance(step, &p, &s, &u, &late)),
+        stage!(Sym; output(p: P<B>, s: S<B>, u: U<B>, late: V<B>) -> O<B> => block.output(&p, &s, &u, &late)),
+    ];
+    rows.map(traced).into()
 }
 
 /// A function that makes a struct of numbers from a buffer.

@@ -1,6 +1,6 @@
 //! The whole WGSL module of a scenario: structs and buffer access from the field tables, traced stages, the frame.
 
-use crate::stages::{functions, of_law, of_shell, structures};
+use crate::stages::{functions, structures};
 use crate::wgsl::{Function, Struct};
 use softdock_kernels::compensator::compensates;
 use softdock_kernels::contact::PointState;
@@ -16,6 +16,7 @@ use softdock_kernels::plant::{Plant, ShellOfPair};
 use softdock_kernels::quads::{quads, read, reads, stores, words};
 use softdock_kernels::robot::commands_poses;
 use softdock_kernels::session::supervised;
+use softdock_kernels::stages::{of_law, of_shell};
 use std::fmt::Write;
 
 /// The hand-written part of the robots: those that lag, and those of the joint level.
@@ -60,8 +61,8 @@ pub fn kernel(plant: &Plant, batch: Batch) -> Kernel {
 }
 
 fn build<const N: usize>(plant: &Plant, batch: Batch) -> Kernel {
-    let structs = structures::<N>(plant);
     let functions = functions::<N>(plant);
+    let structs = structures(&functions);
     let fields = |name: &str| -> &[Field] {
         &structs.iter().find(|s| s.name == name).expect("the frame names only structs of the tables").fields
     };

@@ -2,7 +2,7 @@
 
 use super::bodies::{Bodies, joint_places};
 use super::control::{self, IDLE, ticks};
-use crate::check::{Checker, span_of, take_parameters};
+use crate::check::{Checker, span_of};
 use crate::written::scenario::{ArmTable, CameraTable, ComplianceTable, GoalTable, GuardTable, PhaseTable};
 use crate::written::{At, Quantity};
 use softdock_kernels::arm_plan::{ArmGuard, ArmPhase, ArmPlan, Camera, Compliance, Goal, IMAGES, Pace};
@@ -404,7 +404,7 @@ fn camera(
     let period_ticks = ticks(c, period, tick, [1.0, 1e4]);
     let delay_ticks = ticks(c, delay, tick, [0.0, (IMAGES - 1) as f64 * f64::from(period_ticks)]);
     let noise = Range::within(0.0, 1.0);
-    take_parameters!(c, nominal; camera_offset = table.offset; camera_tilt = table.tilt;);
+    c.take(table.parameters(0), nominal);
     Some(Camera {
         period: period_ticks,
         delay: delay_ticks,

@@ -1,5 +1,6 @@
 //! Base, arm, target and where the parts stand on them.
 
+use super::held::Massive;
 use super::sliding::units;
 use super::{arm_drive, held};
 use crate::arm::{self, Arm, HeldJoint};
@@ -58,10 +59,8 @@ impl Bodies {
 
 pub(crate) fn read(c: &mut Checker, file: &ScenarioFile) -> Bodies {
     let held = held::read(file);
-    let (base_mass, base_inertia) = held::base(c, file, held);
-    let (target_mass, target_inertia) = held::target(c, file, held);
-    let part_a = c.pose(&file.part_a.position, &file.part_a.rotation);
-    let seat = c.pose(&file.part_b.position, &file.part_b.rotation);
+    let Massive { mass: base_mass, inertia: base_inertia, part: part_a } = held::base(c, file, held);
+    let Massive { mass: target_mass, inertia: target_inertia, part: seat } = held::target(c, file, held);
     let target_pose = if file.target.position.is_some() || file.target.rotation.is_some() {
         c.pose(&file.target.position, &file.target.rotation)
     } else {

@@ -1,6 +1,6 @@
 //! The facility's delay compensation: its kind, and the numbers that this kind takes.
 
-use crate::check::{Checker, span_of, take_parameters};
+use crate::check::{Checker, span_of};
 use crate::written::facility::CompensatorTable;
 use softdock_kernels::model::{Compensator, CompensatorKind};
 use softdock_kernels::params::Params;
@@ -25,14 +25,6 @@ pub(crate) fn read(c: &mut Checker, table: &Option<CompensatorTable>, p: &mut Pa
         ("pulls", span_of(&t.pulls), kind != CompensatorKind::None, false),
     ];
     c.keys_of_kind(&t.kind, &keys);
-    take_parameters!(c, p;
-        compensator_delay = t.delay;
-        compensator_lag = t.lag;
-        compensator_stiffness = t.stiffness;
-        compensator_margin = t.margin;
-        compensator_damping = t.damping;
-        compensator_energy = t.energy;
-        compensator_threshold = t.threshold;
-    );
+    c.take(t.parameters(0), p);
     Compensator { kind, pulls: t.pulls.as_ref().is_some_and(|pulls| pulls.value) }
 }

@@ -1,7 +1,7 @@
 //! Contact: points, solids, laws of the pairs, latch, and the nominal values that follow from others.
 
 use super::{GATE_ANGLE, GATE_SIZE};
-use crate::check::{Checker, span_of, take_parameters};
+use crate::check::{Checker, span_of};
 use crate::mesh::{self, MeshFile};
 use crate::mobility::effective_mass;
 use crate::stability::crowd;
@@ -392,12 +392,7 @@ fn solid(c: &mut Checker, table: &SolidTable) -> Solid {
 }
 
 fn latch(c: &mut Checker, table: &LatchTable, p: &mut Params<f64>) -> Latch {
-    take_parameters!(c, p;
-        latch_stiffness = table.stiffness;
-        latch_damping = table.damping;
-        latch_rotation_stiffness = table.rotation_stiffness;
-        latch_rotation_damping = table.rotation_damping;
-    );
+    c.take(table.parameters(0), p);
     Latch {
         point: c.vector(&table.point, "m", Range::size(LENGTH)),
         seat: c.vector(&table.seat, "m", Range::size(LENGTH)),

@@ -1,7 +1,7 @@
 //! The facility: command path, robots, rail, sensor, and its differences from space.
 
 use super::{compensator, impedance, joint_level, whole_steps};
-use crate::check::{Checker, take_parameters};
+use crate::check::Checker;
 use crate::source::Source;
 use crate::station::Station;
 use crate::units::show;
@@ -35,21 +35,16 @@ pub(crate) fn read(
     sensor(c, &table.sensor, p);
     let own = timing.loop_delay(p.sensor_delay, 0.0);
     p.loop_delay = c.parameter_or(&table.loop_delay, "loop_delay", own);
-    take_parameters!(c, p;
-        delay_jitter = table.delay_jitter;
-        drop_probability = table.drop_probability;
-        clock_skew = table.clock_skew;
-        command_hold = table.command_hold;
-        tool_speed_limit = table.max_speed;
-        tool_rotation_limit = table.max_rate;
-        robot1_lag = table.robot1.lag;
-        robot1_lag_damping = table.robot1.damping;
-        robot1_lag_zero = table.robot1.zero;
-        robot2_lag = table.robot2.lag;
-        robot2_lag_damping = table.robot2.damping;
-        robot2_lag_zero = table.robot2.zero;
-    );
-    errors(c, table, p);
+    c.take(table.parameters(0), p);
+    for (robot, response) in [&table.robot1, &table.robot2].into_iter().enumerate() {
+        c.take(response.parameters(robot), p);
+    }
+    c.take(table.errors.parameters(0), p);
+    // What rings besides the robots.
+    c.take(table.fixture.parameters(0), p);
+    for (mode, table) in [&table.slosh, &table.appendage].into_iter().enumerate() {
+        c.take(table.parameters(mode), p);
+    }
     let rail = table.rail.as_ref().map(|table| rail(c, table, p));
     let drop_hold_ticks = table.drop_hold_ticks.as_ref().map_or(DROP_HOLD_TICKS, |ticks| {
         let written = At { value: u64::from(ticks.value), span: ticks.span.clone() };
@@ -148,10 +143,7 @@ fn unstable_speed(c: &mut Checker, table: &At<FacilityTable>) -> f64 {
 
 /// A motion that is added to the robots' reference.
 fn test_motion(c: &mut Checker, table: &TestMotionTable, p: &mut Params<f64>) -> TestMotion {
-    take_parameters!(c, p;
-        test_amplitude = table.amplitude;
-        test_frequency = table.frequency;
-    );
+    c.take(table.parameters(0), p);
     let time = Range::within(0.0, 1e6);
     TestMotion {
         axis: direction(c, &table.axis),
@@ -182,76 +174,17 @@ fn joint_level(
     Some((read, source))
 }
 
-fn errors(c: &mut Checker, table: &FacilityTable, p: &mut Params<f64>) {
-    let e = &table.errors;
-    take_parameters!(c, p;
-        mass_error = e.mass;
-        inertia_error = e.inertia;
-        target_com_error = e.centre_of_mass;
-        contact_stiffness_error = e.contact_stiffness;
-        contact_damping_error = e.contact_damping;
-        contact_friction_error = e.contact_friction;
-        contact_exponent_error = e.contact_exponent;
-        contact_stribeck = e.contact_stribeck;
-        contact_stribeck_speed = e.contact_stribeck_speed;
-        contact_anisotropy = e.contact_anisotropy;
-        contact_adhesion = e.contact_adhesion;
-        place_error = e.place;
-        sensor_delay_error = e.sensor_delay;
-    );
-    resonances(c, table, p);
-}
-
-/// Fixture, slosh and appendage: what rings besides the robots.
-fn resonances(c: &mut Checker, table: &FacilityTable, p: &mut Params<f64>) {
-    let (fixture, slosh, appendage) = (&table.fixture, &table.slosh, &table.appendage);
-    take_parameters!(c, p;
-        fixture_compliance = fixture.compliance;
-        fixture_frequency = fixture.frequency;
-        fixture_damping = fixture.damping;
-        slosh_share = slosh.share;
-        slosh_frequency = slosh.frequency;
-        slosh_damping = slosh.damping;
-        appendage_share = appendage.share;
-        appendage_frequency = appendage.frequency;
-        appendage_damping = appendage.damping;
-    );
-}
-
 fn sensor(c: &mut Checker, t: &SensorTable, p: &mut Params<f64>) {
-    take_parameters!(c, p;
-        sensor_delay = t.delay;
-        sensor_lag = t.lag;
-        sensor_noise_force = t.noise_force;
-        sensor_noise_moment = t.noise_moment;
-        sensor_bias_force = t.bias_force;
-        sensor_bias_moment = t.bias_moment;
-        sensor_drift_force = t.drift_force;
-        sensor_drift_moment = t.drift_moment;
-        tare_error_force = t.tare_error_force;
-        tare_error_moment = t.tare_error_moment;
-    );
+    c.take(t.parameters(0), p);
     let errors = [&t.tare_error_force, &t.tare_error_moment].into_iter().flatten().next();
     if let (Some(error), false) = (errors, t.tared.as_ref().is_some_and(|tared| tared.value)) {
         let remedy = "remove it, or write tared = true";
         c.refuse(&error.span, "this does nothing: the sensor is not tared", remedy);
     }
-    take_parameters!(c, p;
-        sensor_gain_force = t.gain_force;
-        sensor_gain_moment = t.gain_moment;
-        sensor_crosstalk = t.crosstalk;
-        sensor_resolution_force = t.resolution_force;
-        sensor_resolution_moment = t.resolution_moment;
-        sensor_range_force = t.range_force;
-        sensor_range_moment = t.range_moment;
-    );
 }
 
 fn sensor_load(c: &mut Checker, t: &LoadTable, p: &mut Params<f64>) -> SensorLoad {
-    take_parameters!(c, p;
-        load_mass_error = t.mass_error;
-        load_centre_error = t.centre_error;
-    );
+    c.take(t.parameters(0), p);
     SensorLoad {
         mass: c.number(&t.mass, "kg", Range::within(0.0, MASS)),
         centre: c.vector(&t.centre, "m", Range::size(LENGTH)),
@@ -261,10 +194,7 @@ fn sensor_load(c: &mut Checker, t: &LoadTable, p: &mut Params<f64>) -> SensorLoa
 }
 
 fn rail(c: &mut Checker, table: &RailTable, p: &mut Params<f64>) -> Rail {
-    take_parameters!(c, p;
-        rail_lag = table.lag;
-        rail_lag_damping = table.damping;
-    );
+    c.take(table.parameters(0), p);
     let share = c.number(&table.share, "1", Range::within(0.0, 1.0));
     Rail { axis: direction(c, &table.axis), share }
 }

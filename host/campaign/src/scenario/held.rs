@@ -2,11 +2,11 @@
 
 use crate::check::Checker;
 use crate::problem::Problem;
-use crate::written::At;
-use crate::written::scenario::{InertiaTable, ScenarioFile};
+use crate::written::scenario::{InertiaTable, ScenarioFile, SolidTable};
+use crate::written::{At, Quantities, Quantity};
 use softdock_kernels::model::Held;
 use softdock_kernels::params::Params;
-use softdock_kernels::vector::Sym3;
+use softdock_kernels::vector::{Pose, Sym3};
 use std::ops::Range as Span;
 
 /// Why a parameter has no effect, and what to do about it.
@@ -41,7 +41,7 @@ pub(super) fn check(c: &mut Checker, file: &ScenarioFile, held: Held, p: &Params
             c.refuse(&span, message, remedy);
         }
     };
-    let span = |written: &Option<crate::written::Quantities>| written.as_ref().map(|written| written.span.clone());
+    let span = |written: &Option<Quantities>| written.as_ref().map(|written| written.span.clone());
     if held.base {
         refuse(span(&file.start.chaser_rate), BASE.message, "remove it, or remove base.held");
         let approach = file.guidance.approach.as_ref().map(|approach| approach.span.clone());
@@ -77,24 +77,40 @@ pub(super) fn check(c: &mut Checker, file: &ScenarioFile, held: Held, p: &Params
     }
 }
 
-/// Mass \[kg\] and inertia of the base.
-pub(super) fn base(c: &mut Checker, file: &ScenarioFile, held: Held) -> (f64, Sym3<f64>) {
-    mass_and_inertia(c, (&file.base.mass, &file.base.inertia), held.base, &BASE)
+/// Mass \[kg\] and inertia of a body, and the pose of its part in its frame.
+pub(super) struct Massive {
+    pub(super) mass: f64,
+    pub(super) inertia: Sym3<f64>,
+    pub(super) part: Pose<f64>,
 }
 
-/// Mass \[kg\] and inertia of the target.
-pub(super) fn target(c: &mut Checker, file: &ScenarioFile, held: Held) -> (f64, Sym3<f64>) {
-    mass_and_inertia(c, (&file.target.mass, &file.target.inertia), held.target, &TARGET)
+/// The base with part A; with an arm the part is in its link's frame.
+pub(super) fn base(c: &mut Checker, file: &ScenarioFile, held: Held) -> Massive {
+    let (part, table) = (&file.part_a, &file.base);
+    let meshes = if file.arm.is_none() { &part.solid[..] } else { &[] };
+    let place = (&part.position, &part.rotation);
+    mass_and_inertia(c, (&table.mass, &table.inertia), held.base, &BASE, place, meshes)
 }
 
-/// Both are required of a free body and refused of a held one, whose values are those that change nothing.
+/// The target with part B.
+pub(super) fn target(c: &mut Checker, file: &ScenarioFile, held: Held) -> Massive {
+    let (part, table) = (&file.part_b, &file.target);
+    let place = (&part.position, &part.rotation);
+    mass_and_inertia(c, (&table.mass, &table.inertia), held.target, &TARGET, place, &part.solid)
+}
+
+/// Both are required of a free body and refused of a held one, whose values are those that change nothing. Where neither is
+/// written they are those of the part's meshes that state a density, and the body's frame is in their centre of mass.
 fn mass_and_inertia(
     c: &mut Checker,
-    (mass, inertia): (&Option<crate::written::Quantity>, &Option<At<InertiaTable>>),
+    (mass, inertia): (&Option<Quantity>, &Option<At<InertiaTable>>),
     is_held: bool,
     body: &Body,
-) -> (f64, Sym3<f64>) {
-    let harmless = (1.0, Sym3 { xx: 1.0, yy: 1.0, zz: 1.0, ..Sym3::splat(0.0) });
+    (position, rotation): (&Option<Quantities>, &Option<Quantities>),
+    solids: &[SolidTable],
+) -> Massive {
+    let part = c.pose(position, rotation);
+    let harmless = Massive { mass: 1.0, inertia: Sym3 { xx: 1.0, yy: 1.0, zz: 1.0, ..Sym3::splat(0.0) }, part };
     if is_held {
         let written = [mass.as_ref().map(|mass| &mass.span), inertia.as_ref().map(|inertia| &inertia.span)];
         for span in written.into_iter().flatten() {
@@ -102,10 +118,26 @@ fn mass_and_inertia(
         }
         return harmless;
     }
+    if let (None, None, Some(of_meshes)) = (mass, inertia, crate::mesh::mass_of(c, solids)) {
+        if let Some(written) = position {
+            let message = format!("the {}'s centre of mass follows from the meshes of its part", body.table);
+            let remedy = "remove it, or write mass and inertia of the body";
+            c.refuse(&written.span, message, remedy);
+        }
+        if of_meshes.mass == 0.0 {
+            return harmless;
+        }
+        let (centre, inertia) = of_meshes.about_com();
+        let turn = part.attitude.matrix();
+        let part = Pose { position: -part.attitude.rotate(centre), ..part };
+        return Massive { mass: of_meshes.mass, inertia: inertia.rotated(turn), part };
+    }
     let mut required = |key: &str, example: &str| {
         let span = c.source.span_of(body.table);
         let problem = Problem::at(&c.source, span, "this key must be there").key(format!("{}.{key}", body.table));
-        c.problems.push(problem.value("").remedy(format!("add {key} = {example}, or held = true")));
+        let remedy =
+            format!("add {key} = {example}, or held = true, or the density of its part's meshes instead of both");
+        c.problems.push(problem.value("").remedy(remedy));
     };
     if mass.is_none() {
         required("mass", "\"400 kg\"");
@@ -114,8 +146,9 @@ fn mass_and_inertia(
         required("inertia", "{ ixx = \"60 kg m^2\", iyy = \"60 kg m^2\", izz = \"60 kg m^2\" }");
     }
     let parameter = format!("{}_mass", body.table);
-    let mass = mass.as_ref().map_or(harmless.0, |mass| c.parameter(mass, &parameter));
-    (mass, inertia.as_ref().map_or(harmless.1, |inertia| super::bodies::inertia(c, inertia)))
+    let mass = mass.as_ref().map_or(harmless.mass, |mass| c.parameter(mass, &parameter));
+    let inertia = inertia.as_ref().map_or(harmless.inertia, |inertia| super::bodies::inertia(c, inertia));
+    Massive { mass, inertia, part }
 }
 
 /// Why a parameter changes nothing where bodies are held, if so.

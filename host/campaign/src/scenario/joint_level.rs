@@ -1,6 +1,6 @@
 //! The joint level of the facility's robots: model file, places, loads, controllers and drives.
 
-use crate::check::{Checker, take_parameters};
+use crate::check::Checker;
 use crate::mount::mount;
 use crate::robot::Robot;
 use crate::source::Source;
@@ -93,36 +93,8 @@ fn drives(c: &mut Checker, table: &JointLevelTable, robot: &str) -> DriveParams<
     let mut p =
         DriveParams { stribeck: 1.0, presliding: 1.0, gear_compliance: 1.0, backlash: 1.0, ..Params::null().robot1 };
     p.current_lag = 1.0 / (TAU * CURRENT_LOOP);
-    take_parameters!(c, p, robot;
-        velocity_feedforward = servo.velocity_feedforward;
-        velocity_gain = t.velocity_gain;
-        gear_ratio = t.gear_ratio;
-        coulomb_error = t.coulomb_error;
-        viscous_error = t.viscous_error;
-        stribeck = t.stribeck;
-        presliding = t.presliding;
-        load_friction = t.load_friction;
-        coulomb_asymmetry = t.coulomb_asymmetry;
-        cold_friction = t.cold_friction;
-        warm_up = t.warm_up;
-        cable_stiffness = t.cable_stiffness;
-        cable_hysteresis = t.cable_hysteresis;
-        gear_compliance = t.gear_compliance;
-        backlash = t.backlash;
-        transmission_error = t.transmission_error;
-        torque_ripple = t.torque_ripple;
-        torque_constant_error = t.torque_constant_error;
-        torque_offset = t.torque_offset;
-        torque_limit_cut = t.torque_limit_cut;
-        speed_limit_cut = t.speed_limit_cut;
-        payload_error = t.payload_error;
-        current_lag = t.current_lag;
-        model_inertia_error = t.model_inertia_error;
-        model_gravity_error = t.model_gravity_error;
-        model_friction_error = t.model_friction_error;
-        payload_place = t.payload_place;
-        position_gain = servo.position_gain;
-    );
+    c.take_of(robot, servo.parameters(0), &mut p);
+    c.take_of(robot, t.parameters(0), &mut p);
     p
 }
 

@@ -1,9 +1,10 @@
 //! The joint level of the facility's robots, as written.
 
 use super::scenario::InertiaTable;
-use super::{At, Quantities, Quantity};
+use super::{At, Quantities, Quantity, file_table};
 use schemars::JsonSchema;
 use serde::Deserialize;
+use softdock_kernels::manipulator::DriveParams;
 
 /// Both robots joint by joint: links, drives, controllers; contact pushes them.
 #[derive(Debug, Deserialize, JsonSchema)]
@@ -26,76 +27,77 @@ pub(crate) struct JointLevelTable {
     pub(crate) robot2: At<MountTable>,
 }
 
-/// Position loops once a command period, velocity loops every substep.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct ServoTable {
-    /// Gain of the position loops.
-    pub(crate) position_gain: Quantity,
-    /// Share of the commanded joint rate that the position loops add; default 0.
-    pub(crate) velocity_feedforward: Option<Quantity>,
-    /// Torque at the joint per error of the motor's speed behind the gear, joint by joint.
-    pub(crate) velocity_gain: Quantities,
-    /// Integral time of the velocity loops; without it they have no integral part.
-    pub(crate) integral_time: Option<Quantity>,
+file_table! {
+    /// Position loops once a command period, velocity loops every substep.
+    ServoTable of DriveParams {
+        /// Gain of the position loops.
+        position_gain: Quantity => position_gain,
+        /// Share of the commanded joint rate that the position loops add; default 0.
+        velocity_feedforward: Option<Quantity> => velocity_feedforward,
+        /// Torque at the joint per error of the motor's speed behind the gear, joint by joint.
+        velocity_gain: Quantities,
+        /// Integral time of the velocity loops; without it they have no integral part.
+        integral_time: Option<Quantity>,
+    }
 }
 
-/// Drives against the robot model file.
-#[derive(Debug, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct DrivesTable {
-    /// Factor on the gains of the velocity loops; default 1.
-    pub(crate) velocity_gain: Option<Quantity>,
-    /// Factor on all gear ratios; default 1.
-    pub(crate) gear_ratio: Option<Quantity>,
-    /// Relative error of the Coulomb friction; default 0.
-    pub(crate) coulomb_error: Option<Quantity>,
-    /// Relative error of the viscous friction; default 0.
-    pub(crate) viscous_error: Option<Quantity>,
-    /// Factor on the static friction beyond Coulomb's; default 1.
-    pub(crate) stribeck: Option<Quantity>,
-    /// Factor on the travel before sliding; default 1.
-    pub(crate) presliding: Option<Quantity>,
-    /// Coulomb friction per transmitted torque, besides the model file's; default 0.
-    pub(crate) load_friction: Option<Quantity>,
-    /// Relative difference of the Coulomb friction: forwards higher, backwards lower; default 0.
-    pub(crate) coulomb_asymmetry: Option<Quantity>,
-    /// Share by which friction is higher at the start than when warm; default 0.
-    pub(crate) cold_friction: Option<Quantity>,
-    /// Time in which that share falls to 1/e; default 30 min.
-    pub(crate) warm_up: Option<Quantity>,
-    /// Spring of cables and hoses, as a share of the joint's Coulomb friction per radian; default 0.
-    pub(crate) cable_stiffness: Option<Quantity>,
-    /// Hysteresis of cables and hoses, as a share of the joint's Coulomb friction; default 0.
-    pub(crate) cable_hysteresis: Option<Quantity>,
-    /// Factor on the compliance of the gears; default 1, 0 is rigid.
-    pub(crate) gear_compliance: Option<Quantity>,
-    /// Factor on the backlash of the gears; default 1.
-    pub(crate) backlash: Option<Quantity>,
-    /// Amplitude of the transmission error, once a turn of the motor; default 0.
-    pub(crate) transmission_error: Option<Quantity>,
-    /// Amplitude of the torque ripple as a share of the greatest torque; default 0.
-    pub(crate) torque_ripple: Option<Quantity>,
-    /// Relative error of the torque constant; default 0.
-    pub(crate) torque_constant_error: Option<Quantity>,
-    /// Torque that the motors give unasked, as a share of their greatest torque; default 0.
-    pub(crate) torque_offset: Option<Quantity>,
-    /// Share by which the motors' greatest torque is lower; default 0.
-    pub(crate) torque_limit_cut: Option<Quantity>,
-    /// Share by which the joints' greatest speed is lower; default 0.
-    pub(crate) speed_limit_cut: Option<Quantity>,
-    /// Point mass on the part that the feedforward does not know; default none.
-    pub(crate) payload_error: Option<Quantity>,
-    /// Place of that mass in the part's frame; default its origin.
-    pub(crate) payload_place: Option<Quantities>,
-    /// Time constant of the current loops; default 1 / (2 pi 600 Hz).
-    pub(crate) current_lag: Option<Quantity>,
-    /// Relative error of the feedforward's inertial torques; default 0.
-    pub(crate) model_inertia_error: Option<Quantity>,
-    /// Relative error of the feedforward's gravity torques; default 0.
-    pub(crate) model_gravity_error: Option<Quantity>,
-    /// Relative error of the feedforward's friction torques; default 0.
-    pub(crate) model_friction_error: Option<Quantity>,
+file_table! {
+    /// Drives against the robot model file.
+    #[derive(Default)]
+    DrivesTable of DriveParams {
+        /// Factor on the gains of the velocity loops; default 1.
+        velocity_gain: Option<Quantity> => velocity_gain,
+        /// Factor on all gear ratios; default 1.
+        gear_ratio: Option<Quantity> => gear_ratio,
+        /// Relative error of the Coulomb friction; default 0.
+        coulomb_error: Option<Quantity> => coulomb_error,
+        /// Relative error of the viscous friction; default 0.
+        viscous_error: Option<Quantity> => viscous_error,
+        /// Factor on the static friction beyond Coulomb's; default 1.
+        stribeck: Option<Quantity> => stribeck,
+        /// Factor on the travel before sliding; default 1.
+        presliding: Option<Quantity> => presliding,
+        /// Coulomb friction per transmitted torque, besides the model file's; default 0.
+        load_friction: Option<Quantity> => load_friction,
+        /// Relative difference of the Coulomb friction: forwards higher, backwards lower; default 0.
+        coulomb_asymmetry: Option<Quantity> => coulomb_asymmetry,
+        /// Share by which friction is higher at the start than when warm; default 0.
+        cold_friction: Option<Quantity> => cold_friction,
+        /// Time in which that share falls to 1/e; default 30 min.
+        warm_up: Option<Quantity> => warm_up,
+        /// Spring of cables and hoses, as a share of the joint's Coulomb friction per radian; default 0.
+        cable_stiffness: Option<Quantity> => cable_stiffness,
+        /// Hysteresis of cables and hoses, as a share of the joint's Coulomb friction; default 0.
+        cable_hysteresis: Option<Quantity> => cable_hysteresis,
+        /// Factor on the compliance of the gears; default 1, 0 is rigid.
+        gear_compliance: Option<Quantity> => gear_compliance,
+        /// Factor on the backlash of the gears; default 1.
+        backlash: Option<Quantity> => backlash,
+        /// Amplitude of the transmission error, once a turn of the motor; default 0.
+        transmission_error: Option<Quantity> => transmission_error,
+        /// Amplitude of the torque ripple as a share of the greatest torque; default 0.
+        torque_ripple: Option<Quantity> => torque_ripple,
+        /// Relative error of the torque constant; default 0.
+        torque_constant_error: Option<Quantity> => torque_constant_error,
+        /// Torque that the motors give unasked, as a share of their greatest torque; default 0.
+        torque_offset: Option<Quantity> => torque_offset,
+        /// Share by which the motors' greatest torque is lower; default 0.
+        torque_limit_cut: Option<Quantity> => torque_limit_cut,
+        /// Share by which the joints' greatest speed is lower; default 0.
+        speed_limit_cut: Option<Quantity> => speed_limit_cut,
+        /// Point mass on the part that the feedforward does not know; default none.
+        payload_error: Option<Quantity> => payload_error,
+        /// Place of that mass in the part's frame; default its origin.
+        payload_place: Option<Quantities> => payload_place,
+        /// Time constant of the current loops; default 1 / (2 pi 600 Hz).
+        current_lag: Option<Quantity> => current_lag,
+        /// Relative error of the feedforward's inertial torques; default 0.
+        model_inertia_error: Option<Quantity> => model_inertia_error,
+        /// Relative error of the feedforward's gravity torques; default 0.
+        model_gravity_error: Option<Quantity> => model_gravity_error,
+        /// Relative error of the feedforward's friction torques; default 0.
+        model_friction_error: Option<Quantity> => model_friction_error,
+    }
 }
 
 /// The carriage of the rail, a drive among the robot's own; direction and share stand in [facility.rail].

@@ -46,6 +46,68 @@ impl<T: JsonSchema> JsonSchema for At<T> {
     }
 }
 
+/// A key that holds a parameter of a run.
+#[derive(Clone, Copy)]
+pub(crate) enum ParameterKey<'a> {
+    /// A number.
+    Number(&'a Quantity),
+    /// The three numbers of a vector.
+    Vector(&'a Quantities),
+}
+
+/// What the type of a key holds of a parameter; `None` where it is not written.
+pub(crate) trait HoldsParameter {
+    fn key(&self) -> Option<ParameterKey<'_>>;
+}
+
+impl HoldsParameter for Quantity {
+    fn key(&self) -> Option<ParameterKey<'_>> {
+        Some(ParameterKey::Number(self))
+    }
+}
+
+impl HoldsParameter for Option<Quantity> {
+    fn key(&self) -> Option<ParameterKey<'_>> {
+        self.as_ref().map(ParameterKey::Number)
+    }
+}
+
+impl HoldsParameter for Option<Quantities> {
+    fn key(&self) -> Option<ParameterKey<'_>> {
+        self.as_ref().map(ParameterKey::Vector)
+    }
+}
+
+/// Declares tables of a file, one row for each key: `key: type,`, and `key: type => parameter,` where the key holds a field
+/// of the bundle that the table's head names. Of a table that stands in several places a key names a parameter for each.
+macro_rules! file_table {
+    ($(
+        $(#[$meta:meta])*
+        $name:ident of $bundle:ident {
+            $($(#[$key_meta:meta])* $key:ident: $ty:ty $(=> $($parameter:ident)|+)?,)*
+        }
+    )*) => {$(
+        $(#[$meta])*
+        #[derive(Debug, Deserialize, JsonSchema)]
+        #[serde(deny_unknown_fields)]
+        pub(crate) struct $name {
+            $($(#[$key_meta])* pub(crate) $key: $ty,)*
+        }
+
+        impl $name {
+            /// The keys that are written and hold a parameter, with its name; `place` counts the places of the table.
+            pub(crate) fn parameters(&self, place: usize) -> Vec<(&'static str, $crate::written::ParameterKey<'_>)> {
+                // Each name is a field.
+                $($($(let _ = |bundle: $bundle<f64>| bundle.$parameter;)+)?)*
+                let keys = [$($((&[$(stringify!($parameter)),+][..], $crate::written::HoldsParameter::key(&self.$key)),)?)*];
+                keys.into_iter().filter_map(|(names, key)| Some((names[place], key?))).collect()
+            }
+        }
+    )*};
+}
+
+pub(crate) use file_table;
+
 /// A number with its unit as a text, or a bare number.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Scalar {

@@ -3,9 +3,10 @@
 use super::campaign::OneOrMore;
 use super::effect::EffectTable;
 use super::facility::FacilityTable;
-use super::{At, Quantities, Quantity};
+use super::{At, Quantities, Quantity, file_table};
 use schemars::JsonSchema;
 use serde::Deserialize;
+use softdock_kernels::params::Params;
 use std::collections::BTreeMap;
 
 /// A contact task and the facility on which it is tested: bodies, arm, parts, rates, controllers, success.
@@ -84,7 +85,8 @@ pub(crate) struct BaseTable {
     /// The base stands on a mount that does not move, whatever pushes it; before it a free target moves at
     /// `start.closing_speed`. Default false: it floats freely.
     pub(crate) held: Option<At<bool>>,
-    /// Mass; required of a free base, refused of a held one.
+    /// Mass; required of a free base, refused of a held one. Without an arm it and the inertia may follow from
+    /// the density of part A's meshes instead.
     pub(crate) mass: Option<Quantity>,
     /// Inertia about the centre of mass, body axes; as the mass.
     pub(crate) inertia: Option<At<InertiaTable>>,
@@ -228,24 +230,24 @@ pub(crate) struct GuardTable {
     pub(crate) go_to: Option<At<String>>,
 }
 
-/// A camera that measures the pose of part B relative to part A.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct CameraTable {
-    /// Time between two images, a whole number of ticks.
-    pub(crate) period: Quantity,
-    /// Time from an image to its result, a whole number of ticks, at most three periods.
-    pub(crate) delay: Quantity,
-    /// Noise of the position in each image: standard deviation per axis; default none.
-    pub(crate) noise_position: Option<Quantity>,
-    /// Noise of the attitude in each image: standard deviation per axis; default none.
-    pub(crate) noise_rotation: Option<Quantity>,
-    /// Constant error of part B's place, part A's axes; default none. Dispersed as `camera_offset`.
-    pub(crate) offset: Option<Quantities>,
-    /// Constant error of part B's attitude, a rotation vector in part A's axes; default none. Dispersed as `camera_tilt`.
-    pub(crate) tilt: Option<Quantities>,
-    /// Time constant with which the results are smoothed; default none.
-    pub(crate) smoothing: Option<Quantity>,
+file_table! {
+    /// A camera that measures the pose of part B relative to part A.
+    CameraTable of Params {
+        /// Time between two images, a whole number of ticks.
+        period: Quantity,
+        /// Time from an image to its result, a whole number of ticks, at most three periods.
+        delay: Quantity,
+        /// Noise of the position in each image: standard deviation per axis; default none.
+        noise_position: Option<Quantity>,
+        /// Noise of the attitude in each image: standard deviation per axis; default none.
+        noise_rotation: Option<Quantity>,
+        /// Constant error of part B's place, part A's axes; default none. Dispersed as `camera_offset`.
+        offset: Option<Quantities> => camera_offset,
+        /// Constant error of part B's attitude, a rotation vector in part A's axes; default none. Dispersed as `camera_tilt`.
+        tilt: Option<Quantities> => camera_tilt,
+        /// Time constant with which the results are smoothed; default none.
+        smoothing: Option<Quantity>,
+    }
 }
 
 /// Fingers of part A, which move in its frame whatever pushes them.
@@ -368,7 +370,8 @@ pub(crate) struct PointTable {
 pub(crate) struct TargetTable {
     /// The target stands on a mount that does not move, whatever pushes it. Default false: it floats freely.
     pub(crate) held: Option<At<bool>>,
-    /// Mass; required of a free target, refused of a held one.
+    /// Mass; required of a free target, refused of a held one. It and the inertia may follow from the density of part B's
+    /// meshes instead.
     pub(crate) mass: Option<Quantity>,
     /// Inertia about the centre of mass, body axes; as the mass.
     pub(crate) inertia: Option<At<InertiaTable>>,
@@ -428,7 +431,8 @@ pub(crate) struct SolidTable {
     /// mesh: area whose contact points together have the pair's stiffness and damping; without it the mesh has no contact
     /// points of its own.
     pub(crate) patch: Option<Quantity>,
-    /// mesh: density, for the mass properties that `check` states; the bodies' masses do not follow from it.
+    /// mesh: density, for the mass properties that `check` states. A body without mass and inertia has those of its part's
+    /// meshes, and its frame is in their centre of mass.
     pub(crate) density: Option<Quantity>,
     /// part_a with [arm.grip]: way of the solid as the grip closes, part A's axes; default: it does not move.
     pub(crate) closes: Option<Quantities>,
@@ -551,50 +555,48 @@ law_tables! {
     }
 }
 
-/// Gate and hold of the capture latch.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct LatchTable {
-    /// Latch point in part A's frame.
-    pub(crate) point: Quantities,
-    /// Seat in part B's frame.
-    pub(crate) seat: Quantities,
-    /// It closes within this axial distance of the seat,
-    pub(crate) depth: Quantity,
-    /// this radial distance of the seat's axis,
-    pub(crate) offset: Quantity,
-    /// this angle between the parts' axes,
-    pub(crate) angle: Quantity,
-    /// and below this speed of the latch point relative to the seat.
-    pub(crate) speed: Quantity,
-    /// Translational stiffness of the closed latch.
-    pub(crate) stiffness: Quantity,
-    /// Translational damping of the closed latch.
-    pub(crate) damping: Quantity,
-    /// Rotational stiffness of the closed latch.
-    pub(crate) rotation_stiffness: Quantity,
-    /// Rotational damping of the closed latch.
-    pub(crate) rotation_damping: Quantity,
-}
+file_table! {
+    /// Gate and hold of the capture latch.
+    LatchTable of Params {
+        /// Latch point in part A's frame.
+        point: Quantities,
+        /// Seat in part B's frame.
+        seat: Quantities,
+        /// It closes within this axial distance of the seat,
+        depth: Quantity,
+        /// this radial distance of the seat's axis,
+        offset: Quantity,
+        /// this angle between the parts' axes,
+        angle: Quantity,
+        /// and below this speed of the latch point relative to the seat.
+        speed: Quantity,
+        /// Translational stiffness of the closed latch.
+        stiffness: Quantity => latch_stiffness,
+        /// Translational damping of the closed latch.
+        damping: Quantity => latch_damping,
+        /// Rotational stiffness of the closed latch.
+        rotation_stiffness: Quantity => latch_rotation_stiffness,
+        /// Rotational damping of the closed latch.
+        rotation_damping: Quantity => latch_rotation_damping,
+    }
 
-/// Motion at the start; vectors in the contact frame.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct StartTable {
-    /// Distance along the approach axis from part A's origin to part B's; places the chaser by its arm's angles.
-    pub(crate) gap: Option<Quantity>,
-    /// Speed of part A towards part B; 0 where base and target are held.
-    pub(crate) closing_speed: Quantity,
-    /// Additional velocity of part A relative to part B.
-    pub(crate) drift: Option<Quantities>,
-    /// Displacement of part A.
-    pub(crate) offset: Option<Quantities>,
-    /// Rotation vector of the chaser about part A.
-    pub(crate) tilt: Option<Quantities>,
-    /// Angular velocity of the chaser; only of a free base.
-    pub(crate) chaser_rate: Option<Quantities>,
-    /// Angular velocity of the target; only of a free one.
-    pub(crate) target_rate: Option<Quantities>,
+    /// Motion at the start; vectors in the contact frame.
+    StartTable of Params {
+        /// Distance along the approach axis from part A's origin to part B's; places the chaser by its arm's angles.
+        gap: Option<Quantity>,
+        /// Speed of part A towards part B; 0 where base and target are held.
+        closing_speed: Quantity => closing_speed,
+        /// Additional velocity of part A relative to part B.
+        drift: Option<Quantities> => drift,
+        /// Displacement of part A.
+        offset: Option<Quantities> => offset,
+        /// Rotation vector of the chaser about part A.
+        tilt: Option<Quantities> => tilt,
+        /// Angular velocity of the chaser; only of a free base.
+        chaser_rate: Option<Quantities> => chaser_rate,
+        /// Angular velocity of the target; only of a free one.
+        target_rate: Option<Quantities> => target_rate,
+    }
 }
 
 /// What the chaser does before the first touch.

@@ -120,11 +120,14 @@ fn nominal(facility: &SteppedFacility) -> String {
 fn flag_lines(nominal: &Nominal, max_depth: f64) -> String {
     let mut text = String::new();
     for (bit, name, meaning) in nominal.flags(flags::INVALID) {
-        let depth = nominal.row.space.metrics.peak_depth;
-        let more = match *bit == flags::SPACE_PENETRATION {
-            true => format!(", {} with task.max_depth {}", millimetres(depth), millimetres(max_depth)),
-            false => String::new(),
+        let side = match *bit {
+            flags::SPACE_PENETRATION => Some(&nominal.row.space),
+            flags::HIL_PENETRATION => Some(&nominal.row.hil),
+            _ => None,
         };
+        let more = side.map_or_else(String::new, |side| {
+            format!(", {} with task.max_depth {}", millimetres(side.metrics.peak_depth), millimetres(max_depth))
+        });
         text += &format!("  invalid by the flag {name}: {meaning}{more}\n");
     }
     for (_, name, meaning) in nominal.flags(!flags::INVALID) {

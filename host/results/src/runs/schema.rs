@@ -89,7 +89,7 @@ impl MetricColumn {
         let fields = metric_fields();
         let kept = |field: &Field| side.has_metric(&field.name);
         let described = fields.into_iter().enumerate().map(|(at, field)| {
-            let presence = Metrics::presence(&field.name);
+            let presence = Presence::of(&field);
             Self { field, at, presence }
         });
         described.filter(|metric| kept(&metric.field)).collect()
