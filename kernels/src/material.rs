@@ -62,6 +62,33 @@ impl NormalLaw {
         matches!(self, Self::Linear | Self::Impact { .. } | Self::Stop { .. })
     }
 
+    /// Whether its force jumps to b d' at the touch.
+    pub fn jumps(&self) -> bool {
+        matches!(self, Self::Linear | Self::Stop { .. })
+    }
+
+    /// Returns the law in words, with the properties of a pair.
+    pub fn text(&self, pair: &Pair<f64>) -> String {
+        let (k, b, a) = (pair.stiffness, pair.damping, pair.dissipation);
+        match *self {
+            Self::Linear => format!("F = K d + b d', K = {k:.3e} N/m, b = {b:.3e} N s/m"),
+            Self::Power { exponent: n } => format!("F = K d^{n} (1 + a d'), K = {k:.3e} N/m^{n}, a = {a:.3e} s/m"),
+            Self::Rebound { exponent: n, slowest } => {
+                format!("F = K d^{n} (1 + D d'/v), K = {k:.3e} N/m^{n}, D = {:.4}", a * slowest)
+            }
+            Self::Impact { exponent: n, ramp } => {
+                let ramp = (1e6 * ramp).round() / 1e3;
+                format!("F = K d^{n} + b s d', K = {k:.3e} N/m^{n}, b = {b:.3e} N s/m from {ramp} mm on")
+            }
+            Self::Stop { stroke, stiffness, exponent: m } => {
+                let stroke = (1e6 * stroke).round() / 1e3;
+                format!(
+                    "F = K d + b d', K = {k:.3e} N/m, b = {b:.3e} N s/m, stop of {stiffness:.3e} N/m^{m} beyond {stroke} mm"
+                )
+            }
+        }
+    }
+
     /// Whether a contact keeps the speed of approach of its touch.
     pub fn needs_approach(&self) -> bool {
         matches!(self, Self::Rebound { .. })

@@ -1,7 +1,7 @@
 //! Laws of contact of a scenario in words, with notes where a law is outside its valid range.
 
 use crate::mobility::effective_mass;
-use crate::overlap::{millimetres, without_robots};
+use crate::overlap::without_robots;
 use crate::scenario::contact::rebound_restitution;
 use softdock_kernels::contact::space_pair;
 use softdock_kernels::material::{NormalLaw, Pair};
@@ -26,7 +26,7 @@ pub fn contact_lines(model: &Model) -> Vec<String> {
             counted(points, "point"),
             of.points_of,
             counted(of.solids.len(), "solid"),
-            law_text(of.law, &pair)
+            of.law.text(&pair)
         )];
         lines.extend(notes(model, of, &pair, mass).into_iter().map(|note| format!("  note: {note}")));
         lines
@@ -38,30 +38,11 @@ fn counted(count: usize, what: &str) -> String {
     format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }
 
-fn law_text(law: NormalLaw, pair: &Pair<f64>) -> String {
-    let (k, b, a) = (pair.stiffness, pair.damping, pair.dissipation);
-    match law {
-        NormalLaw::Linear => format!("F = K d + b d', K = {k:.3e} N/m, b = {b:.3e} N s/m"),
-        NormalLaw::Power { exponent: n } => format!("F = K d^{n} (1 + a d'), K = {k:.3e} N/m^{n}, a = {a:.3e} s/m"),
-        NormalLaw::Rebound { exponent: n, slowest } => {
-            format!("F = K d^{n} (1 + D d'/v), K = {k:.3e} N/m^{n}, D = {:.4}", a * slowest)
-        }
-        NormalLaw::Impact { exponent: n, ramp } => {
-            format!("F = K d^{n} + b s d', K = {k:.3e} N/m^{n}, b = {b:.3e} N s/m from {} on", millimetres(ramp))
-        }
-        NormalLaw::Stop { stroke, stiffness, exponent: m } => format!(
-            "F = K d + b d', K = {k:.3e} N/m, b = {b:.3e} N s/m, stop of {stiffness:.3e} N/m^{m} beyond {}",
-            millimetres(stroke)
-        ),
-    }
-}
-
 fn notes(model: &Model, of: &ContactPair, pair: &Pair<f64>, mass: Option<f64>) -> Vec<String> {
     let mut notes = Vec::new();
     let (speed, substep) = (model.nominal.closing_speed, model.timing.substep);
     // Kelvin-Voigt: the force falls from the touch on if b^2 >= K m.
-    let jumps = matches!(of.law, NormalLaw::Linear | NormalLaw::Stop { .. });
-    if let Some(mass) = mass.filter(|mass| jumps && pair.damping.powi(2) >= pair.stiffness * mass) {
+    if let Some(mass) = mass.filter(|mass| of.law.jumps() && pair.damping.powi(2) >= pair.stiffness * mass) {
         notes.push(format!(
             "the peak force is the damper's jump at the touch, {:.3e} N at the closing speed (damping ratio {:.2}, from \
              0.5 on): with law = \"impact\" or \"power\" the force rises with depth",
