@@ -214,28 +214,7 @@ fn named(rest: &str) -> Vec<String> {
 /// Modules with circular imports, by crate. The lists may only shrink; that of kernels vanishes with its
 /// rebuild.
 const CIRCLES: [(&str, &[&str]); 2] = [
-    (
-        "kernels/src",
-        &[
-            "chain",
-            "contact",
-            "delay_line",
-            "effects",
-            "fields",
-            "fixture",
-            "manipulator",
-            "model",
-            "modes",
-            "params",
-            "plant",
-            "real",
-            "robot",
-            "session",
-            "space",
-            "start",
-            "vector",
-        ],
-    ),
+    ("kernels/src", &["contact", "fixture", "manipulator", "model", "plant", "robot", "session", "space", "start"]),
     (
         "tests/gauntlet/src",
         &[

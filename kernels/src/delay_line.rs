@@ -4,11 +4,9 @@ use crate::fields::{Bundle, Sink, Source, fields};
 use crate::lanes::{Lane, MOST_LANES};
 use crate::plant::Plant;
 use crate::quads::words;
+use crate::range::MAX_DELAY_S;
 use crate::space::{Parts, Wrench};
 use std::marker::PhantomData;
-
-/// Longest delay of the loop, of commands or of the sensor \[s\]: the span of the delay lines.
-pub const MAX_DELAY_S: f64 = 0.128;
 
 /// Slots of a delay line: the span in ticks, and what interpolation and the newest entry need.
 pub fn line_slots(plant: &Plant) -> usize {

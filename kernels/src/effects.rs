@@ -12,8 +12,8 @@ mod sensor;
 mod set;
 mod space;
 
-use crate::model::Timing;
 use crate::params;
+use crate::timing::Timing;
 
 pub use bench::BENCH_EFFECTS;
 pub use groups::{GROUPS, Group};

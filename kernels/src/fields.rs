@@ -230,29 +230,22 @@ impl<R, const N: usize, T: Bundle<R> + Copy> Bundle<R> for [T; N] {
     }
 }
 
-/// Makes the scalar types themselves bundles of one.
-#[macro_export]
-#[doc(hidden)]
-macro_rules! scalar_bundle {
-    ($([$($generic:tt)*])? $ty:ty) => {
-        impl $(<$($generic)*>)? $crate::fields::Bundle<$ty> for $ty {
-            fn describe(name: &str, unit: &'static str, meaning: &'static str, out: &mut Vec<$crate::fields::Field>) {
-                out.push($crate::fields::Field::new(name, unit, meaning));
-            }
-            #[inline(always)]
-            fn read(source: &mut impl $crate::fields::Source<$ty>) -> Self {
-                source.next()
-            }
-            #[inline(always)]
-            fn write(&self, sink: &mut impl $crate::fields::Sink<$ty>) {
-                sink.put(*self);
-            }
-            #[inline(always)]
-            fn set_where(&mut self, mask: <$ty as $crate::real::Real>::Mask, value: &Self) {
-                *self = $crate::real::Real::select(mask, *value, *self);
-            }
-        }
-    };
+impl<R: Real> Bundle<R> for R {
+    fn describe(name: &str, unit: &'static str, meaning: &'static str, out: &mut Vec<Field>) {
+        out.push(Field::new(name, unit, meaning));
+    }
+    #[inline(always)]
+    fn read(source: &mut impl Source<R>) -> Self {
+        source.next()
+    }
+    #[inline(always)]
+    fn write(&self, sink: &mut impl Sink<R>) {
+        sink.put(*self);
+    }
+    #[inline(always)]
+    fn set_where(&mut self, mask: R::Mask, value: &Self) {
+        *self = R::select(mask, *value, *self);
+    }
 }
 
 /// Gives described numbers their legal values.

@@ -100,7 +100,6 @@ pub const WIDTH: usize = 8;
 /// Forwards the operator traits of a lane type to its inherent functions.
 macro_rules! operators {
     ($lanes:ident, $mask:ident $(, $features:literal)?) => {
-        crate::scalar_bundle!($lanes);
         operators!(@binary $lanes, Add add, Sub sub, Mul mul, Div div);
         operators!(@binary $mask, BitAnd bitand, BitOr bitor);
         impl Neg for $lanes {

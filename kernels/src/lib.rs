@@ -49,4 +49,5 @@ pub mod stages;
 pub mod start;
 pub mod test_motion;
 pub mod thrusters;
+pub mod timing;
 pub mod vector;

@@ -33,6 +33,9 @@ impl Range {
     }
 }
 
+/// Longest delay of the loop, of commands or of the sensor \[s\]: the span of the delay lines.
+pub const MAX_DELAY_S: f64 = 0.128;
+
 /// Half a turn: attitudes and angles \[rad\].
 pub const HALF_TURN: f64 = std::f64::consts::PI;
 

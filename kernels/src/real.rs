@@ -9,14 +9,7 @@ use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 /// chooses. `min` and `max` give the second operand when the comparison fails (also for NaN), on every
 /// implementation but WGSL, where NaN is caught by the monitor before it matters.
 pub trait Real:
-    Copy
-    + Add<Output = Self>
-    + Sub<Output = Self>
-    + Mul<Output = Self>
-    + Div<Output = Self>
-    + Neg<Output = Self>
-    + crate::fields::Bundle<Self>
-    + 'static
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self> + 'static
 {
     /// The outcome of a comparison.
     type Mask: Copy + BitAnd<Output = Self::Mask> + BitOr<Output = Self::Mask> + Not<Output = Self::Mask>;
@@ -84,8 +77,6 @@ pub trait Real:
 /// From here to its double the last bit of a number counts ones: added to it, a small whole number stands in the last
 /// bits. Conversions to integers would be made lane by lane.
 pub(crate) const ONES: f64 = (1_u64 << 52) as f64;
-
-crate::scalar_bundle!(f64);
 
 impl Real for f64 {
     type Mask = bool;

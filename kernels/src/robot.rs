@@ -4,13 +4,13 @@
 //! relative translation, robot 2 carries part B and makes the rest the other way; each turns its own part.
 
 use crate::bundle;
-use crate::delay_line::MAX_DELAY_S;
 use crate::effects::EffectId;
 use crate::fields::Bundle;
 use crate::fixture::{Fixture, at_rest, on_fixture};
 use crate::model::{Model, Rail};
 use crate::params::Params;
 use crate::plant::Plant;
+use crate::range::MAX_DELAY_S;
 use crate::real::Real;
 use crate::space::{Motion, Parts};
 use crate::vector::{Quat, Vec3};

@@ -1,10 +1,10 @@
 //! Sensor stage: the force/torque sensor between robot 1's flange and part A, in part A's axes about A's origin.
 
 use crate::bundle;
-use crate::delay_line::MAX_DELAY_S;
 use crate::effects::EffectId;
 use crate::params::Params;
 use crate::plant::Plant;
+use crate::range::MAX_DELAY_S;
 use crate::real::Real;
 use crate::space::{Motion, Wrench};
 use crate::vector::{Vec3, vec3};

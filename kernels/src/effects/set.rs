@@ -2,8 +2,8 @@
 
 use super::{EFFECTS, Effect, EffectParameter, Null};
 use crate::fields::{fields, to_vec};
-use crate::model::Timing;
 use crate::params::Params;
+use crate::timing::Timing;
 
 /// An effect by its place in [`EFFECTS`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -4,9 +4,8 @@ use super::{Drive, Friction, Joint, Levels, bristle};
 use crate::bundle;
 use crate::effects::{EffectId, EffectSet};
 use crate::math::{exp, lagged, sin_cos};
-use crate::range::{LENGTH, Range};
+use crate::params::DriveParams;
 use crate::real::Real;
-use crate::vector::Vec3;
 
 /// Torque ripple has so many cycles in a turn of the motor: six poles times two.
 const RIPPLE_CYCLES: f64 = 12.0;
@@ -20,40 +19,6 @@ const WAVE: EffectId = EffectId::of("J10_transmission_error");
 const SATURATION: EffectId = EffectId::of("J13_saturation");
 const CABLE: EffectId = EffectId::of("J17_cable_drag");
 const OFFSET: EffectId = EffectId::of("J18_drive_offset");
-
-bundle! {
-    /// What is dispersible in the drives of one robot: all its joints together.
-    DriveParams {
-        position_gain: R, "1/s", in Range::within(0.0, 1e3), null 1.0, "gain of the position loops";
-        velocity_feedforward: R, "1", in Range::within(0.0, 2.0), "share of the commanded joint rate that the position loops add";
-        velocity_gain: R, "1", in Range::within(0.0, 100.0), null 1.0, "factor on the gains of the velocity loops";
-        gear_ratio: R, "1", in Range::within(0.1, 10.0), null 1.0, "factor on all gear ratios: reflected inertia is proportional to its square, limits of torque and acceleration to it, limits of speed to its inverse";
-        coulomb_error: R, "1", in Range::within(-1.0, 10.0), "relative error of the Coulomb friction";
-        viscous_error: R, "1", in Range::within(-1.0, 10.0), "relative error of the viscous friction";
-        stribeck: R, "1", in Range::within(0.0, 100.0), "factor on the static friction beyond Coulomb's; 0 = none";
-        presliding: R, "1", in Range::within(0.0, 1e4), "factor on the travel before sliding; 0 = friction at once";
-        load_friction: R, "1", in Range::within(0.0, 1.0), "Coulomb friction per torque that the gear transmits; 0 = none";
-        coulomb_asymmetry: R, "1", in Range::size(1.0), "relative difference of the Coulomb friction: forwards higher, backwards lower; 0 = none";
-        cold_friction: R, "1", in Range::within(-1.0, 10.0), "share by which dry and viscous friction are higher at the start than when warm; 0 = none";
-        warm_up: R, "s", in Range::above(0.0, 1e6), null 1800.0, "time in which that share falls to 1/e";
-        cable_stiffness: R, "1", in Range::within(0.0, 100.0), "spring of cables and hoses about the start posture, as a share of the joint's Coulomb friction per radian (per metre on the rail); 0 = none";
-        cable_hysteresis: R, "1", in Range::within(0.0, 100.0), "hysteresis of cables and hoses, half its width as a share of the joint's Coulomb friction; 0 = none";
-        gear_compliance: R, "1", in Range::within(0.0, 1e3), "factor on the compliance of the gears; 0 = rigid";
-        backlash: R, "1", in Range::within(0.0, 1e3), "factor on the backlash of the gears; 0 = none";
-        transmission_error: R, "rad", in Range::within(0.0, 0.1), "amplitude of the gears' transmission error, once a turn of the motor; 0 = none";
-        torque_ripple: R, "1", in Range::within(0.0, 1.0), "amplitude of the motors' ripple as a share of their greatest torque; 0 = none";
-        torque_constant_error: R, "1", in Range::above(-1.0, 10.0), "relative error of the motors' torque constant";
-        torque_offset: R, "1", in Range::size(1.0), "offset torque of the motors as a share of their greatest torque; 0 = none";
-        torque_limit_cut: R, "1", in Range::within(0.0, 1.0), "share by which the motors' greatest torque is lower; 0 = none";
-        speed_limit_cut: R, "1", in Range::within(0.0, 1.0), "share by which the joints' greatest speed is lower; 0 = none";
-        payload_error: R, "kg", in Range::within(0.0, 1e4), "point mass on the part that the feedforward does not know; 0 = none";
-        payload_place: Vec3<R>, "m", in Range::size(LENGTH), "place of that mass, part's frame";
-        current_lag: R, "s", in Range::within(0.0, 1.0), "time constant of the current loops; 0 = none";
-        model_inertia_error: R, "1", in Range::within(-1.0, 10.0), "relative error of the feedforward's inertial torques";
-        model_gravity_error: R, "1", in Range::within(-1.0, 10.0), "relative error of the feedforward's gravity torques";
-        model_friction_error: R, "1", in Range::within(-1.0, 10.0), "relative error of the feedforward's friction torques";
-    }
-}
 
 bundle! {
     /// The state of one joint's drive; the motor's side is counted behind the gear.

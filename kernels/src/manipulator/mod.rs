@@ -14,11 +14,12 @@ mod kinematics;
 pub mod sample;
 mod whole;
 
+pub use crate::params::DriveParams;
 pub(crate) use arm::Arm;
 pub use arm_drive::{ArmDrive, ArmDrives, Stops};
 pub(crate) use arm_drive::{carried_on, driven};
 pub use cell::{drive, drives_at, set_point};
-pub use drive::{DriveParams, JointState, VelocityLoop};
+pub use drive::{JointState, VelocityLoop};
 pub use friction::{Levels, bristle};
 pub use inverse_dynamics::{counterweight_torque, inverse_dynamics, rigid_torques};
 pub use inverse_kinematics::{Branch, Posture, SphericalWrist, best_posture, nearest_turn};

@@ -327,8 +327,6 @@ fn push(op: Op) -> u32 {
     GRAPH.with_borrow_mut(|graph| graph.push(op))
 }
 
-softdock_kernels::scalar_bundle!(Sym);
-
 macro_rules! symbolic {
     ($ty:ident, $($trait:ident $function:ident => $op:ident),*) => {
         $(impl $trait for $ty {

@@ -4,8 +4,7 @@ use super::{missing, with_effects};
 use crate::check::Checker;
 use crate::written::rig::{CommandTable, RigFile};
 use softdock_kernels::block::command::CommandValues;
-use softdock_kernels::delay_line::MAX_DELAY_S;
-use softdock_kernels::range::{ANGLE, Range};
+use softdock_kernels::range::{ANGLE, MAX_DELAY_S, Range};
 
 /// Commands of one axis between sender and receiver.
 #[derive(Clone, Debug)]

@@ -7,13 +7,12 @@ use crate::station::Station;
 use crate::units::show;
 use crate::written::At;
 use crate::written::facility::{FacilityTable, LoadTable, RailTable, SensorTable, TestMotionTable};
-use softdock_kernels::delay_line::MAX_DELAY_S;
 use softdock_kernels::model::{
     Facility, JointLevel, Model, Rail, SensorLoad, SessionRules, TestMotion, Timing, Waveform,
 };
 use softdock_kernels::params::Params;
 use softdock_kernels::plant::{Plant, place};
-use softdock_kernels::range::{LENGTH, MASS, Range, SPEED};
+use softdock_kernels::range::{LENGTH, MASS, MAX_DELAY_S, Range, SPEED};
 use softdock_kernels::session::{axes_asked, clearance, deepest_in_box};
 use softdock_kernels::vector::{Vec3, vec3};
 
