@@ -27,6 +27,7 @@ fn the_emitted_structs_are_the_field_tables() {
         "insert.toml",
         "servo.toml",
         "grapple.toml",
+        "soft_capture.toml",
     ] {
         let kernel = kernel(&shipped(scenario), Batch::whole());
         let module = naga::front::wgsl::parse_str(&kernel.text).expect("the kernel is WGSL");

@@ -7,6 +7,7 @@
 pub mod arm_motion;
 pub mod arm_plan;
 pub mod block;
+pub mod capture_ring;
 pub mod chain;
 pub mod compensator;
 pub mod contact;

@@ -5,6 +5,7 @@
 
 use crate::arm_plan::ArmPlan;
 pub use crate::arm_plan::{ArmControl, MAX_JOINTS};
+pub use crate::capture_ring::{CaptureRing, Leg};
 use crate::contact::mesh::Mesh;
 use crate::manipulator::cell::{AXES, Carriage, Mount, Servo};
 use crate::manipulator::{ArmDrive, Manipulator};
@@ -63,6 +64,8 @@ pub struct Model {
     pub target_pose: Pose<f64>,
     /// Pose of part B in the target's body frame.
     pub seat: Pose<f64>,
+    /// Soft capture ring between part B and the target; none: part B is fixed to the target.
+    pub ring: Option<CaptureRing>,
     /// Which bodies stand still in the contact frame.
     pub held: Held,
     /// The contact pair.
@@ -113,6 +116,7 @@ impl Model {
             target_inertia: inertia,
             target_pose: Pose::identity(),
             seat: Pose::identity(),
+            ring: None,
             held: Held::NONE,
             contact: Contact {
                 a: PartShape { points: vec![ContactPoint { position: Vec3::zero(), radius: 0.0 }], solids: Vec::new() },
@@ -503,7 +507,7 @@ impl Shape {
 
 /// The gate and the hold of a capture latch. It closes when part A's latch point is inside the gate, and then
 /// holds A's latch frame to B's seat frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Latch {
     /// Latch point in part A's frame \[m\].
     pub point: Vec3<f64>,
@@ -517,6 +521,22 @@ pub struct Latch {
     pub angle: f64,
     /// ... and the latch point moves slower than this relative to the seat \[m/s\].
     pub speed: f64,
+    /// Latches that close together and hold at places of their own; none: the latch holds at its point.
+    pub hooks: Vec<Hook>,
+    /// ... and each hook that works is within this distance of its seat \[m\].
+    pub hook_reach: f64,
+}
+
+/// Most hooks of a latch.
+pub const MOST_HOOKS: usize = 16;
+
+/// One of several latches.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hook {
+    /// Its point in part A's frame \[m\].
+    pub point: Vec3<f64>,
+    /// Its seat in part B's frame \[m\].
+    pub seat: Vec3<f64>,
 }
 
 /// What the chaser does: thrust on the base, torques at the joints.

@@ -7,6 +7,7 @@ use crate::bundle;
 use crate::delay_line::MAX_DELAY_S;
 use crate::fields::{Field, fields, from_slice};
 use crate::manipulator::DriveParams;
+use crate::model::MOST_HOOKS;
 use crate::range::{DAMPING, FORCE, LENGTH, MASS, QUARTER_TURN, RATE, Range, SPEED, STIFFNESS, UNLIMITED};
 use crate::vector::Vec3;
 use std::collections::HashMap;
@@ -39,6 +40,7 @@ bundle! {
         latch_damping: R, "N s/m", in Range::within(0.0, DAMPING), "translational damping of a closed latch";
         latch_rotation_stiffness: R, "N m/rad", in Range::within(0.0, STIFFNESS), "rotational stiffness of a closed latch";
         latch_rotation_damping: R, "N m s/rad", in Range::within(0.0, DAMPING), "rotational damping of a closed latch";
+        latch_failed: R, "1", in Range::within(0.0, MOST_HOOKS as f64), "number of the hook of the latch that neither closes nor holds; 0 = all work";
 
         // Relative errors: the erroneous value must stay physical.
         mass_error: R, "1", in Range::above(-1.0, 10.0), "relative error of the target mass in the facility's simulation";

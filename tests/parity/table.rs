@@ -5,6 +5,7 @@ use super::frame::{FRAME_ROWS, WRITTEN_OUT};
 use super::integers::INTEGER_ROWS;
 use super::samples::CASES;
 use softdock_kernels::arm_motion::{self, ArmMotion};
+use softdock_kernels::capture_ring::{self, Ring};
 use softdock_kernels::compensator::{self, Compensation};
 use softdock_kernels::contact::mesh::ShellPoint;
 use softdock_kernels::contact::shell::{self, Relative, ShellTouch};
@@ -107,8 +108,16 @@ fn body_rows<const N: usize>() -> Vec<Row<Twin>> {
             arm_motion::follow(m, &p, &motion, &s.arm, &s.drives, s.chaser.attitude, &k, &felt, watch.closed, &noise)
         }, 100.0, "the place of part B is a difference of positions; the move's form has a cube root";
         feel(felt: Wrench<f64>, parts: Parts<f64>, w: Wrench<f64>) => arm_motion::feel(m, &felt, parts.a, w), 8.0, "one rotation and a blend";
-        advance(masses: Masses<f64>, s: Bodies<f64, N>, k: Kinematics<f64, N>, u: Actuation<f64, N>, w: Wrench<f64>)
-            => space::advance(m, &masses, &s, &k, &u, w), 30.0, "one step from given kinematics; the arm's accelerations come of a chain of six";
+        ring_at(parts: Parts<f64>) => capture_ring::ring_at(m, &parts), 20.0, "momenta from a twist at a lever";
+        on_ring(ring: Ring<f64>, parts: Parts<f64>) => capture_ring::on_ring(m, &ring, &parts), 20.0, "a twist from momenta, at a lever";
+        push_ring(ring: Ring<f64>, parts: Parts<f64>, w: Wrench<f64>) => capture_ring::push_ring(m, &ring, &parts, w), 100.0, "a stroke is a difference of lengths hundreds of times larger";
+        back_of(ring: Ring<f64>) => ring.back, 0.0, COPIED;
+        settle_ring(ring: Ring<f64>) => capture_ring::settle_ring(&ring), 2.0, "one sum";
+        advance(masses: Masses<f64>, s: Bodies<f64, N>, k: Kinematics<f64, N>, u: Actuation<f64, N>, w: Wrench<f64>, back: Wrench<f64>) => {
+            let mut next = s;
+            space::advance_in_place(m, &masses, &mut next, &k, &u, w, back);
+            next
+        }, 30.0, "one step from given kinematics; the arm's accelerations come of a chain of six";
         settle(s: Bodies<f64, N>) => space::settle(s), 2.0, "one sum";
     }
 }
@@ -265,8 +274,8 @@ fn monitor_rows<const N: usize>() -> Vec<Row<Twin>> {
             => monitor::observe(m, &s, time, &parts, &simulated, &touch, &latch), 8.0, "energies are sums of products";
         finish(s: Watch<f64>, time: f64, simulated: Parts<f64>, last: f64, facility: f64)
             => monitor::finish(m, &s, time, &simulated, last, facility), 20.0, "a relative speed; else copies chosen by comparisons";
-        metrics(s: Watch<f64>, bodies: Bodies<f64, N>, followed: Followed<f64>, facility: f64)
-            => monitor::metrics(m, &s, &bodies, &followed, facility), 20000.0, "the momentum errors are differences of momenta thousands of times larger";
+        metrics(s: Watch<f64>, bodies: Bodies<f64, N>, ring: Ring<f64>, followed: Followed<f64>, facility: f64)
+            => monitor::metrics(m, &s, &bodies, &ring, &followed, facility), 20000.0, "the momentum errors are differences of momenta thousands of times larger";
     }
 }
 

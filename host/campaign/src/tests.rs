@@ -79,6 +79,7 @@ fn shipped_campaigns_are_valid_and_described() {
         ("insert.toml", 200),
         ("servo.toml", 200),
         ("grapple.toml", 200),
+        ("soft_capture.toml", 10_000),
     ] {
         let campaign = shipped(name);
         assert_eq!(campaign.runs, runs);

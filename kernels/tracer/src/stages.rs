@@ -3,6 +3,7 @@
 use crate::trace::Sym;
 use crate::wgsl::{Function, Struct};
 use softdock_kernels::arm_motion::{self, ArmMotion};
+use softdock_kernels::capture_ring::{self, Ring};
 use softdock_kernels::compensator::{self, Compensation};
 use softdock_kernels::contact::mesh::ShellPoint;
 use softdock_kernels::contact::shell::{self, Relative, ShellTouch};
@@ -65,6 +66,7 @@ pub fn structures<const N: usize>(m: &Plant) -> Vec<Struct> {
         structure::<Actuation<Sym, N>>(),
         structure::<ArmMotion<Sym, N>>(),
         structure::<Firing<Sym>>(),
+        structure::<Ring<Sym>>(),
         structure::<Parts<Sym>>(),
         structure::<Wrench<Sym>>(),
         structure::<Point<Sym>>(),
@@ -127,8 +129,17 @@ fn body_stages<const N: usize>(m: &Plant) -> Vec<Function> {
         stage!(follow(p: Params<Sym>, motion: ArmMotion<Sym, N>, s: Bodies<Sym, N>, k: Kinematics<Sym, N>, felt: Wrench<Sym>, watch: Watch<Sym>, noise: Wrench<Sym>)
             -> ArmMotion<Sym, N> => arm_motion::follow(m, &p, &motion, &s.arm, &s.drives, s.chaser.attitude, &k, &felt, watch.closed, &noise)),
         stage!(feel(felt: Wrench<Sym>, parts: Parts<Sym>, w: Wrench<Sym>) -> Wrench<Sym> => arm_motion::feel(m, &felt, parts.a, w)),
-        stage!(advance(masses: Masses<Sym>, s: Bodies<Sym, N>, k: Kinematics<Sym, N>, u: Actuation<Sym, N>, w: Wrench<Sym>)
-            -> Bodies<Sym, N> => space::advance(m, &masses, &s, &k, &u, w)),
+        stage!(ring_at(parts: Parts<Sym>) -> Ring<Sym> => capture_ring::ring_at(m, &parts)),
+        stage!(on_ring(ring: Ring<Sym>, parts: Parts<Sym>) -> Parts<Sym> => capture_ring::on_ring(m, &ring, &parts)),
+        stage!(push_ring(ring: Ring<Sym>, parts: Parts<Sym>, w: Wrench<Sym>) -> Ring<Sym> => capture_ring::push_ring(m, &ring, &parts, w)),
+        stage!(back_of(ring: Ring<Sym>) -> Wrench<Sym> => ring.back),
+        stage!(settle_ring(ring: Ring<Sym>) -> Ring<Sym> => capture_ring::settle_ring(&ring)),
+        stage!(advance(masses: Masses<Sym>, s: Bodies<Sym, N>, k: Kinematics<Sym, N>, u: Actuation<Sym, N>, w: Wrench<Sym>, back: Wrench<Sym>)
+            -> Bodies<Sym, N> => {
+            let mut next = s;
+            space::advance_in_place(m, &masses, &mut next, &k, &u, w, back);
+            next
+        }),
         stage!(settle(s: Bodies<Sym, N>) -> Bodies<Sym, N> => space::settle(s)),
     ]
 }
@@ -285,7 +296,7 @@ fn monitor_stages<const N: usize>(m: &Plant) -> Vec<Function> {
             -> Watch<Sym> => monitor::observe(m, &s, time, &parts, &simulated, &touch, &latch)),
         stage!(finish(s: Watch<Sym>, time: Sym, simulated: Parts<Sym>, last: Sym, facility: Sym)
             -> Watch<Sym> => monitor::finish(m, &s, time, &simulated, last, facility)),
-        stage!(metrics(s: Watch<Sym>, bodies: Bodies<Sym, N>, followed: Followed<Sym>, facility: Sym) -> Metrics<Sym>
-            => monitor::metrics(m, &s, &bodies, &followed, facility)),
+        stage!(metrics(s: Watch<Sym>, bodies: Bodies<Sym, N>, ring: Ring<Sym>, followed: Followed<Sym>, facility: Sym) -> Metrics<Sym>
+            => monitor::metrics(m, &s, &bodies, &ring, &followed, facility)),
     ]
 }
