@@ -333,7 +333,7 @@ impl<L: Lane, const N: usize> Tile<L, N> {
         }
         settle_in_place(&mut s.bodies);
         if has_ring(m) {
-            in_place::settle_ring(&mut s.interface.ring);
+            in_place::settle_ring(m, &mut s.interface.ring);
         }
         if let Some((bodies, watch, ring)) = before {
             if has_ring(m) {

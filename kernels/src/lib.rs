@@ -47,6 +47,7 @@ pub mod space;
 mod spatial;
 pub mod staged;
 pub mod start;
+pub mod stewart;
 pub mod test_motion;
 pub mod thrusters;
 pub mod vector;

@@ -5,7 +5,6 @@
 
 use crate::arm_plan::ArmPlan;
 pub use crate::arm_plan::{ArmControl, MAX_JOINTS};
-pub use crate::capture_ring::{CaptureRing, Leg};
 use crate::contact::mesh::Mesh;
 use crate::manipulator::cell::{AXES, Carriage, Mount, Servo};
 use crate::manipulator::{ArmDrive, Manipulator};
@@ -13,6 +12,7 @@ pub use crate::material::NormalLaw;
 use crate::material::Pair;
 use crate::params::Params;
 use crate::real::Real;
+pub use crate::stewart::{CaptureRing, Leg};
 use crate::vector::{Pose, Quat, Sym3, Vec3, vec3};
 use std::sync::Arc;
 
@@ -526,9 +526,6 @@ pub struct Latch {
     /// ... and each hook that works is within this distance of its seat \[m\].
     pub hook_reach: f64,
 }
-
-/// Most hooks of a latch.
-pub const MOST_HOOKS: usize = 16;
 
 /// One of several latches.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,6 +1,5 @@
 //! A scenario's constants, prepared for the stages: what can be computed once is computed here.
 
-use crate::capture_ring::PreparedRing;
 use crate::chain::Chain;
 use crate::contact::NEAR_MIDDLE;
 use crate::contact::features::{Feature, features};
@@ -13,6 +12,7 @@ use crate::model::{Contact, ContactPoint, JointLevel, MaterialPair, Members, Mod
 use crate::robot::{command, robots_at};
 use crate::session::{SessionRobot, Workspace};
 use crate::space::{Motion, Parts};
+use crate::stewart::PreparedRing;
 use crate::vector::{Mat3, Pose, Sym3, Vec3};
 use std::collections::BTreeSet;
 use std::ops::Deref;

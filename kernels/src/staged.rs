@@ -196,7 +196,7 @@ pub mod in_place {
         /// [`crate::capture_ring::push_ring`]
         capture_ring::push_ring(m; | s: Ring<L> | parts: &'a Parts<L>, w: Wrench<L>);
         /// [`crate::capture_ring::settle_ring`]
-        capture_ring::settle_ring(; | s: Ring<L> |);
+        capture_ring::settle_ring(m; | s: Ring<L> |);
         /// [`crate::arm_motion::follow`]
         arm_motion::follow<N>(m; p: &'a Params<L> | s: ArmMotion<L, N> | arm: &'a Arm<L, N>, drives: &'a ArmDrives<L, N>, base: Quat<L>, k: &'a Kinematics<L, N>, felt: &'a Wrench<L>, captured: L, noise: &'a Wrench<L>);
         /// [`crate::thrusters::fire`]

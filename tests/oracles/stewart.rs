@@ -3,10 +3,7 @@
 use super::bench::{assert_close, job, run, two_bodies};
 use softdock_engine::RunInput;
 use softdock_engine::cpu::replay;
-use softdock_kernels::capture_ring::{
-    CaptureRing, LEGS, Ring, leg_jacobian, leg_lengths, on_ring, pose_of_lengths, push_ring, ring_at, settle_ring,
-    stewart,
-};
+use softdock_kernels::capture_ring::{Ring, on_ring, push_ring, ring_at, settle_ring};
 use softdock_kernels::metrics::flags;
 use softdock_kernels::model::{Held, Hook, Latch, Model};
 use softdock_kernels::outcome::Signals;
@@ -14,6 +11,7 @@ use softdock_kernels::params::Params;
 use softdock_kernels::philox::uniform;
 use softdock_kernels::plant::Plant;
 use softdock_kernels::space::{Motion, Parts, Wrench};
+use softdock_kernels::stewart::{CaptureRing, LEGS, leg_jacobian, leg_lengths, pose_of_lengths, stewart_legs};
 use softdock_kernels::vector::{Pose, Quat, Sym3, Vec3, vec3};
 use std::f64::consts::TAU;
 
@@ -26,7 +24,7 @@ fn ring() -> CaptureRing {
         mass: MASS,
         inertia: Sym3::diagonal(vec3(3.0, 2.0, 2.0)),
         centre: Vec3::zero(),
-        legs: stewart([0.4, 0.5], [0.2, 0.15], [0.05, 0.4]),
+        legs: stewart_legs([0.4, 0.5], [0.2, 0.15], [0.05, 0.4]),
         stiffness: STIFFNESS,
         damping: 0.0,
         force_limit: f64::INFINITY,
@@ -98,7 +96,8 @@ fn the_jacobian_has_the_slopes_of_the_lengths() {
     for number in 0..50 {
         let at = pose(number, 0.08, 0.15);
         let jacobian = leg_jacobian(&legs, at);
-        for axis in 0..6 {
+        let slopes = |axis: usize| jacobian.map(|leg| leg[axis]);
+        for (axis, expected) in (0..6).map(|axis| (axis, slopes(axis))) {
             let unit = |k: usize| if k == axis { 1e-6 } else { 0.0 };
             let moved = |sign: f64| Pose {
                 position: at.position + vec3(unit(0), unit(1), unit(2)) * sign,
@@ -107,7 +106,7 @@ fn the_jacobian_has_the_slopes_of_the_lengths() {
             let (more, less) = (leg_lengths(&legs, moved(1.0)), leg_lengths(&legs, moved(-1.0)));
             for leg in 0..LEGS {
                 let slope = (more[leg] - less[leg]) / 2e-6;
-                assert!((slope - jacobian[leg][axis]).abs() < 1e-9, "leg {leg}, axis {axis}");
+                assert!((slope - expected[leg]).abs() < 1e-9, "leg {leg}, axis {axis}");
             }
         }
     }
@@ -137,11 +136,11 @@ fn a_displaced_ring_is_pushed_back_by_the_stiffness_of_its_legs() {
         let unit = |k: usize| if k == axis { small } else { 0.0 };
         let attitude = Quat::from_rotation_vector(vec3(unit(3), unit(4), unit(5)));
         let (found, _) = legs_wrench(of, Pose { position: vec3(unit(0), unit(1), unit(2)), attitude });
-        for row in 0..6 {
+        for (row, found) in found.into_iter().enumerate() {
             // K = J^T k J; the legs have no force at the start, so that nothing else adds to it.
             let column = |row: usize| jacobian.iter().map(|leg| STIFFNESS * leg[row] * leg[axis]).sum::<f64>();
             let (expected, scale) = (-small * column(row), small * STIFFNESS);
-            assert!((found[row] - expected).abs() < 1e-5 * scale, "{row}, {axis}: {} of {expected}", found[row]);
+            assert!((found - expected).abs() < 1e-5 * scale, "{row}, {axis}: {found} of {expected}");
         }
     }
 }
@@ -200,7 +199,7 @@ fn swing(of: CaptureRing, substep: f64, time: f64) -> Vec<f64> {
     s.body.momentum = parts.b.attitude.rotate(vec3(of.mass * 1e-3, 0.0, 0.0));
     let mut out = Vec::new();
     for _ in 0..(time / substep) as usize {
-        s = settle_ring(&push_ring(&plant, &s, &parts, Wrench::zero()));
+        s = settle_ring(&plant, &push_ring(&plant, &s, &parts, Wrench::zero()));
         let b = on_ring(&plant, &s, &parts).b;
         out.push(parts.b.attitude.rotate_back(b.position - parts.b.position).x);
     }

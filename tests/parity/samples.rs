@@ -3,7 +3,7 @@
 use crate::oracles::meshes::{block_with_cone, sphere};
 use softdock_kernels::arm_motion::ArmMotion;
 use softdock_kernels::arm_plan::{ArmGuard, ArmPhase, ArmPlan, Camera, Compliance, Goal, MAX_JOINTS, Pace};
-use softdock_kernels::capture_ring::{CaptureRing, Ring, stewart};
+use softdock_kernels::capture_ring::Ring;
 use softdock_kernels::compensator::Compensation;
 use softdock_kernels::contact::PointContact;
 use softdock_kernels::contact::mesh::ShellPoint;
@@ -31,6 +31,7 @@ use softdock_kernels::robot::{Robots, command, extrapolate, mounted_parts};
 use softdock_kernels::sensor::Sensor;
 use softdock_kernels::session::{Asked, Clearance, Session, axes_asked};
 use softdock_kernels::space::{Bodies, Kinematics, Parts, Wrench, hil_masses, kinematics, space_masses};
+use softdock_kernels::stewart::{CaptureRing, stewart_legs};
 use softdock_kernels::test_motion::{Tracking, followed};
 use softdock_kernels::thrusters::Firing;
 use softdock_kernels::vector::{Pose, Quat, Sym3, Vec3, vec3};
@@ -178,7 +179,7 @@ fn observed(model: &mut Model) {
         mass: 25.0,
         inertia: Sym3::diagonal(vec3(1.0, 0.7, 0.6)),
         centre: vec3(0.02, 0.01, -0.005),
-        legs: stewart([0.2, 0.25], [0.2, 0.25], [0.05, 0.3]),
+        legs: stewart_legs([0.2, 0.25], [0.2, 0.25], [0.05, 0.3]),
         stiffness: 8e3,
         damping: 150.0,
         force_limit: 60.0,

@@ -110,9 +110,9 @@ fn body_rows<const N: usize>() -> Vec<Row<Twin>> {
         feel(felt: Wrench<f64>, parts: Parts<f64>, w: Wrench<f64>) => arm_motion::feel(m, &felt, parts.a, w), 8.0, "one rotation and a blend";
         ring_at(parts: Parts<f64>) => capture_ring::ring_at(m, &parts), 20.0, "momenta from a twist at a lever";
         on_ring(ring: Ring<f64>, parts: Parts<f64>) => capture_ring::on_ring(m, &ring, &parts), 20.0, "a twist from momenta, at a lever";
-        push_ring(ring: Ring<f64>, parts: Parts<f64>, w: Wrench<f64>) => capture_ring::push_ring(m, &ring, &parts, w), 100.0, "a stroke is a difference of lengths hundreds of times larger";
+        push_ring(ring: Ring<f64>, parts: Parts<f64>, w: Wrench<f64>) => capture_ring::push_ring(m, &ring, &parts, w), 400.0, "a stroke is a difference of lengths hundreds of times larger, and the force of a stop a multiple of it";
         back_of(ring: Ring<f64>) => ring.back, 0.0, COPIED;
-        settle_ring(ring: Ring<f64>) => capture_ring::settle_ring(&ring), 2.0, "one sum";
+        settle_ring(ring: Ring<f64>) => capture_ring::settle_ring(m, &ring), 2.0, "one sum";
         advance(masses: Masses<f64>, s: Bodies<f64, N>, k: Kinematics<f64, N>, u: Actuation<f64, N>, w: Wrench<f64>, back: Wrench<f64>) => {
             let mut next = s;
             space::advance_in_place(m, &masses, &mut next, &k, &u, w, back);

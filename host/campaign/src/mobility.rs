@@ -5,8 +5,8 @@
 use crate::inertia::matrix;
 use crate::placement::link_frames;
 use nalgebra::{DMatrix, Matrix3, Matrix6};
-use softdock_kernels::capture_ring::{CaptureRing, leg_jacobian};
 use softdock_kernels::model::Model;
+use softdock_kernels::stewart::{CaptureRing, leg_jacobian};
 use softdock_kernels::vector::{Mat3, Pose, Sym3, Vec3, vec3};
 
 /// Share of the greatest mobility below which a direction does not move.

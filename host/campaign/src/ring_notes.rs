@@ -1,9 +1,9 @@
 //! The soft capture ring of a scenario in words: legs, strokes, natural frequencies, largest force.
 
 use crate::mobility::leg_mobilities;
-use crate::units::show;
-use softdock_kernels::capture_ring::{CaptureRing, Leg};
+use crate::overlap::millimetres;
 use softdock_kernels::model::Model;
+use softdock_kernels::stewart::{CaptureRing, Leg};
 use std::f64::consts::TAU;
 
 /// Returns lines about the ring that part B rides on; none without one.
@@ -17,9 +17,9 @@ fn lines(ring: &CaptureRing) -> Vec<String> {
     let [shorter, longer] = ring.strokes;
     let mut lines = vec![format!(
         "six legs of {} at the start, {} to {} between their stops",
-        show(shortest, "m"),
-        show(shortest - shorter, "m"),
-        show(longest + longer, "m")
+        millimetres(shortest),
+        millimetres(shortest - shorter),
+        millimetres(longest + longer)
     )];
     let rates = leg_mobilities(ring).map(|mobility| format!("{:.3}", (ring.stiffness * mobility).sqrt() / TAU));
     lines.push(format!("natural frequencies on a held mount: {} Hz", rates.join(", ")));
@@ -28,10 +28,9 @@ fn lines(ring: &CaptureRing) -> Vec<String> {
     let along: f64 = ring.legs.iter().map(|leg| ring.stiffness * share(leg).powi(2)).sum();
     let travel = shorter / share(&ring.legs[0]).abs().max(1e-9);
     lines.push(format!(
-        "along x: {} to the stops by about {}, stiffness {}",
-        show(along * travel, "N"),
-        show(travel, "m"),
-        show(along, "N/m")
+        "along x: stiffness {along:.0} N/m, {:.0} N at about {} where the legs meet their stops",
+        along * travel,
+        millimetres(travel)
     ));
     lines
 }

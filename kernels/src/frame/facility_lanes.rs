@@ -325,7 +325,7 @@ impl<L: Lane> FacilityLanes<L> {
             in_place::step_admittance(m, &mut self.admittance, parts.a, self.sensor.output);
         }
         if has_ring(m) {
-            in_place::settle_ring(&mut interface.ring);
+            in_place::settle_ring(m, &mut interface.ring);
         }
         if m.facility.test_motion.is_some() {
             let parts = crate::robot::mounted_parts(m, &self.params, &self.robots);

@@ -133,7 +133,7 @@ fn body_stages<const N: usize>(m: &Plant) -> Vec<Function> {
         stage!(on_ring(ring: Ring<Sym>, parts: Parts<Sym>) -> Parts<Sym> => capture_ring::on_ring(m, &ring, &parts)),
         stage!(push_ring(ring: Ring<Sym>, parts: Parts<Sym>, w: Wrench<Sym>) -> Ring<Sym> => capture_ring::push_ring(m, &ring, &parts, w)),
         stage!(back_of(ring: Ring<Sym>) -> Wrench<Sym> => ring.back),
-        stage!(settle_ring(ring: Ring<Sym>) -> Ring<Sym> => capture_ring::settle_ring(&ring)),
+        stage!(settle_ring(ring: Ring<Sym>) -> Ring<Sym> => capture_ring::settle_ring(m, &ring)),
         stage!(advance(masses: Masses<Sym>, s: Bodies<Sym, N>, k: Kinematics<Sym, N>, u: Actuation<Sym, N>, w: Wrench<Sym>, back: Wrench<Sym>)
             -> Bodies<Sym, N> => {
             let mut next = s;

@@ -10,11 +10,11 @@ use crate::written::{At, Quantities};
 use softdock_kernels::contact::common_pair;
 use softdock_kernels::material::{NormalLaw, Pair};
 use softdock_kernels::model::{
-    Contact, ContactPoint, Finger, Hook, Latch, MOST_HOOKS, MaterialPair, Members, Model, PartShape, Shape, Solid,
+    Contact, ContactPoint, Finger, Hook, Latch, MaterialPair, Members, Model, PartShape, Shape, Solid,
 };
 use softdock_kernels::params::Params;
 use softdock_kernels::plant::{PointSource, part_points};
-use softdock_kernels::range::{LENGTH, Range, SPEED};
+use softdock_kernels::range::{LENGTH, MOST_HOOKS, Range, SPEED};
 use softdock_kernels::vector::vec3;
 use std::collections::BTreeSet;
 

@@ -3,8 +3,8 @@
 use super::bodies::inertia;
 use crate::check::Checker;
 use crate::written::scenario::{ScenarioFile, SoftCaptureTable};
-use softdock_kernels::capture_ring::{CaptureRing, Leg, stewart};
 use softdock_kernels::range::{DAMPING, FORCE, HALF_TURN, LENGTH, MASS, Range, STIFFNESS};
+use softdock_kernels::stewart::{CaptureRing, Leg, stewart_legs};
 use softdock_kernels::vector::{Quat, vec3};
 
 /// Shortest leg and greatest share of its length that it may shorten by, so that no leg passes its own joint \[m, 1\].
@@ -54,7 +54,7 @@ fn legs(c: &mut Checker, t: &SoftCaptureTable) -> [Leg; 6] {
     let turn = c.number_or(&t.turn, 0.0, "rad", Range::size(HALF_TURN));
     let attitude = Quat { w: (0.5 * turn).cos(), v: vec3((0.5 * turn).sin(), 0.0, 0.0) };
     let turned = |leg: Leg| Leg { mount: attitude.rotate(leg.mount), ring: attitude.rotate(leg.ring) };
-    let legs = stewart(radii, half_angles, places).map(turned);
+    let legs = stewart_legs(radii, half_angles, places).map(turned);
     if legs[0].start_length() < SHORTEST_LEG {
         let message = format!("the legs are {:.3} mm long at the start", legs[0].start_length() * 1e3);
         c.refuse(&t.place.span, message, "write another place, radius or half_angle of the mount: at least 1 mm away");
