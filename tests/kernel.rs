@@ -28,6 +28,7 @@ fn the_emitted_structs_are_the_field_tables() {
         "servo.toml",
         "grapple.toml",
         "adapter_ring.toml",
+        "soft_capture.toml",
     ] {
         let kernel = kernel(&shipped(scenario), Batch::whole());
         let module = naga::front::wgsl::parse_str(&kernel.text).expect("the kernel is WGSL");

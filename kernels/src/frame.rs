@@ -15,6 +15,7 @@ pub mod single;
 
 use crate::arm_motion::{ArmMotion, no_motion};
 use crate::arm_plan::Camera;
+use crate::capture_ring::{Ring, has_ring};
 use crate::compensator::Compensation;
 use crate::contact::{Point, PointState, space_pair};
 use crate::delay_line::Line;
@@ -34,7 +35,7 @@ use crate::session::Session;
 use crate::space::{Actuation, Bodies, Kinematics, Masses, Parts, Wrench, settle_in_place, space_masses};
 use crate::staged::{
     advance_in_place, command, contact_point, feed_back, finger_power, followed, guide, in_place, kinematics, latch,
-    metrics, of_finger, point_on_exact, set_where, start, touch_shell, update_kinematics, with_finger,
+    metrics, of_finger, on_ring, point_on_exact, set_where, start, touch_shell, update_kinematics, with_finger,
 };
 use crate::test_motion::Tracking;
 use crate::thrusters::{Firing, no_firing};
@@ -88,6 +89,8 @@ struct Interface<L: Lane> {
     states: Vec<PointState<L>>,
     /// Fingers of part A at the begin of the tick.
     grip: Grip<L>,
+    /// The ring that part B rides on, if there is one: in space a body, on the facility hardware on robot 2.
+    ring: Ring<L>,
 }
 
 /// Several runs stepped together, one per lane.
@@ -273,12 +276,12 @@ impl<L: Lane, const N: usize> Tile<L, N> {
         if !any::<L>(live) {
             return;
         }
-        let before = if all::<L>(live) { None } else { Some((s.bodies, s.interface.watch)) };
+        let before = if all::<L>(live) { None } else { Some((s.bodies, s.interface.watch, s.interface.ring)) };
         let noise = self.facility.camera_noise(m);
         let mut u = still();
         for substep in 0..m.timing.substeps {
             let (k, bodies) = (&mut s.kinematics, &mut s.bodies);
-            let Interface { pairs, watch: seen, states, grip } = &mut s.interface;
+            let Interface { pairs, watch: seen, states, grip, ring } = &mut s.interface;
             update_kinematics(m, &s.masses, bodies, k);
             if substep == 0 {
                 let Bodies { arm, drives, chaser, .. } = &*bodies;
@@ -305,18 +308,37 @@ impl<L: Lane, const N: usize> Tile<L, N> {
             }
             let elapsed = L::lit(f64::from(substep) * m.timing.substep);
             let (time, now_gripped) = (elapsed + now, grip_after(grip, elapsed));
-            let touch = touch_observed(m, pairs, &k.parts, &now_gripped, states, live, observer);
-            observer.substep(m, pairs, time, &k.parts);
-            let latch = latch(m, p, &k.parts, seen.closed, now_gripped.share);
-            in_place::observe(m, seen, time, &k.parts, &k.parts, &touch, &latch);
+            let on_it;
+            let parts = match has_ring(m) {
+                false => &k.parts,
+                true => {
+                    on_it = on_ring(m, ring, &k.parts);
+                    &on_it
+                }
+            };
+            let touch = touch_observed(m, pairs, parts, &now_gripped, states, live, observer);
+            observer.substep(m, pairs, time, parts);
+            let latch = latch(m, p, parts, seen.closed, now_gripped.share);
+            in_place::observe(m, seen, time, parts, &k.parts, &touch, &latch);
             let pushed = monitor::total_wrench(&touch, &latch);
             if has_plan(m) {
                 in_place::feel(m, &mut s.felt, k.parts.a, pushed);
             }
-            advance_in_place(m, &s.masses, bodies, k, &u, pushed);
+            let mut back = pushed;
+            if has_ring(m) {
+                in_place::push_ring(m, ring, &k.parts, pushed);
+                back = ring.back;
+            }
+            advance_in_place(m, &s.masses, bodies, k, &u, pushed, back);
         }
         settle_in_place(&mut s.bodies);
-        if let Some((bodies, watch)) = before {
+        if has_ring(m) {
+            in_place::settle_ring(m, &mut s.interface.ring);
+        }
+        if let Some((bodies, watch, ring)) = before {
+            if has_ring(m) {
+                set_where(!live, &mut s.interface.ring, &ring);
+            }
             set_where(!live, &mut s.bodies, &bodies);
             set_where(!live, &mut s.interface.watch, &watch);
         }
@@ -368,7 +390,7 @@ impl<L: Lane, const N: usize> Tile<L, N> {
             if has_plan(m) {
                 in_place::feel(m, &mut s.felt, k.parts.a, fed);
             }
-            advance_in_place(m, &s.masses, bodies, k, &u, fed);
+            advance_in_place(m, &s.masses, bodies, k, &u, fed, fed);
         }
         settle_in_place(bodies);
         if let Some(before) = before {
@@ -380,7 +402,7 @@ impl<L: Lane, const N: usize> Tile<L, N> {
     /// The signals of one lane.
     pub fn signals(&self, m: &Plant, lane: usize) -> Signals {
         let simulated = |s: &Loop<L, N>| kinematics(m, &s.masses, &s.bodies).parts;
-        let (space, hil) = (simulated(&self.space), simulated(&self.hil));
+        let (space, hil) = (on_ring(m, &self.space.interface.ring, &simulated(&self.space)), simulated(&self.hil));
         let mut states = self.space.interface.states.clone();
         let nobody = L::lit(1.0).lt(L::lit(0.0));
         let grips = [&self.space, &self.hil].map(|side| grip_after(&side.interface.grip, L::lit(m.timing.tick())));
@@ -388,6 +410,8 @@ impl<L: Lane, const N: usize> Tile<L, N> {
         let touch = touch_observed(m, pairs, &space, &grips[0], &mut states, nobody, &mut Unobserved);
         let (facility, watch) = (&self.facility, &self.hil.interface.watch);
         let mounted = crate::robot::mounted_parts(m, &facility.params, &facility.robots);
+        let mounted = on_ring(m, &self.hil.interface.ring, &mounted);
+        let legs = if has_ring(m) { self.hil.interface.ring.work } else { L::lit(0.0) };
         let latched = latch(m, &facility.params, &space, self.space.interface.watch.closed, grips[0].share).wrench;
         let held = latch(m, &facility.params, &mounted, watch.closed, grips[1].share).wrench;
         Signals {
@@ -398,7 +422,7 @@ impl<L: Lane, const N: usize> Tile<L, N> {
             latch: [one(&latched, lane), one(&held, lane)],
             measured: one(&facility.sensor.output, lane),
             fed_back: one(&facility.held, lane),
-            injected_energy: (watch.port_energy - watch.hardware_energy).lane(lane),
+            injected_energy: (watch.port_energy - watch.hardware_energy - legs).lane(lane),
             closed: [self.space.interface.watch.closed.lane(lane), self.hil.interface.watch.closed.lane(lane)],
             phase: [&self.space, &self.hil].map(|side| match has_plan(m) {
                 true => side.motion.phase.lane(lane) + 1.0,

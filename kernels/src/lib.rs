@@ -7,6 +7,7 @@
 pub mod arm_motion;
 pub mod arm_plan;
 pub mod block;
+pub mod capture_ring;
 pub mod chain;
 pub mod compensator;
 pub mod contact;
@@ -47,6 +48,7 @@ mod spatial;
 pub mod staged;
 pub mod stages;
 pub mod start;
+pub mod stewart;
 pub mod test_motion;
 pub mod thrusters;
 pub mod timing;

@@ -45,6 +45,8 @@ bundle! {
         jam_push: R, "N", null NEVER, "contact force during that time, which balances the push; null without a jam";
         jam_moment: R, "N m", null NEVER, "contact moment about part A's origin then; null without a jam";
         jam_squeeze: R, "N", null NEVER, "force with which opposite contacts pressed each other then; null without a jam";
+        peak_leg_force: R, "N", "largest force of a leg of the soft capture ring, stops included; 0 without a ring";
+        peak_leg_stroke: R, "m", "largest change of a leg's length from the start; 0 without a ring";
         separation_time: R, "s", null NEVER, "time of the last separation; null without one";
         separation_speed: R, "m/s", "normal speed of separation at the end of the run (negative = closing)";
         linear_momentum_error: R, "kg m/s", "change of total linear momentum beyond the external impulses";

@@ -11,6 +11,7 @@ use crate::manipulator::{ArmDrive, Manipulator};
 pub use crate::material::NormalLaw;
 use crate::material::Pair;
 use crate::params::Params;
+pub use crate::stewart::{CaptureRing, Leg};
 pub use crate::timing::Timing;
 use crate::vector::{Pose, Quat, Sym3, Vec3, vec3};
 use std::sync::Arc;
@@ -63,6 +64,8 @@ pub struct Model {
     pub target_pose: Pose<f64>,
     /// Pose of part B in the target's body frame.
     pub seat: Pose<f64>,
+    /// Soft capture ring between part B and the target; none: part B is fixed to the target.
+    pub ring: Option<CaptureRing>,
     /// Which bodies stand still in the contact frame.
     pub held: Held,
     /// The contact pair.
@@ -113,6 +116,7 @@ impl Model {
             target_inertia: inertia,
             target_pose: Pose::identity(),
             seat: Pose::identity(),
+            ring: None,
             held: Held::NONE,
             contact: Contact {
                 a: PartShape { points: vec![ContactPoint { position: Vec3::zero(), radius: 0.0 }], solids: Vec::new() },
@@ -464,7 +468,7 @@ impl Shape {
 
 /// The gate and the hold of a capture latch. It closes when part A's latch point is inside the gate, and then
 /// holds A's latch frame to B's seat frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Latch {
     /// Latch point in part A's frame \[m\].
     pub point: Vec3<f64>,
@@ -478,6 +482,19 @@ pub struct Latch {
     pub angle: f64,
     /// ... and the latch point moves slower than this relative to the seat \[m/s\].
     pub speed: f64,
+    /// Latches that close together and hold at places of their own; none: the latch holds at its point.
+    pub hooks: Vec<Hook>,
+    /// ... and each hook that works is within this distance of its seat \[m\].
+    pub hook_reach: f64,
+}
+
+/// One of several latches.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hook {
+    /// Its point in part A's frame \[m\].
+    pub point: Vec3<f64>,
+    /// Its seat in part B's frame \[m\].
+    pub seat: Vec3<f64>,
 }
 
 /// What the chaser does: thrust on the base, torques at the joints.

@@ -1,6 +1,7 @@
 //! Monitor stage: peaks, events, energies and the end of a loop; and the metrics that follow from them.
 
 use crate::bundle;
+use crate::capture_ring::{Ring, has_ring, ring_momenta};
 use crate::contact::{LatchState, PointContact, sliding_velocity};
 use crate::metrics::Metrics;
 use crate::plant::Plant;
@@ -337,12 +338,14 @@ fn finite(limit: f64) -> f64 {
     limit.min(1.0e9)
 }
 
-/// Metrics of a finished loop; `facility` is 1 on the facility, where the ports may differ and robots follow.
+/// Metrics of a finished loop; `facility` is 1 on the facility, where the ports may differ and robots follow, and where the
+/// ring is hardware that the simulated bodies know nothing of.
 #[inline(always)]
 pub fn metrics<R: Real, const N: usize>(
     m: &Plant,
     s: &Watch<R>,
     bodies: &Bodies<R, N>,
+    ring: &Ring<R>,
     followed: &Followed<R>,
     facility: R,
 ) -> Metrics<R> {
@@ -350,7 +353,14 @@ pub fn metrics<R: Real, const N: usize>(
     let bounced = zero.lt(s.bounces) & zero.lt(s.approach_speed);
     let restitution = s.best_separation / R::select(bounced, s.approach_speed, one);
     let touched = zero.le(s.touch_time);
-    let (linear, angular) = momentum_errors(bodies);
+    let (mut linear, mut angular) = momentum_errors(bodies);
+    let mut injected = s.port_energy - s.hardware_energy;
+    if has_ring(m) {
+        let (own, own_spin) = ring_momenta(ring);
+        linear = own.scale_add(one - facility, linear);
+        angular = own_spin.scale_add(one - facility, angular);
+        injected = injected - ring.work;
+    }
     let miss = if m.contact.latch.is_some() { s.miss_distance } else { never };
     Metrics {
         touch_time: s.touch_time,
@@ -384,11 +394,13 @@ pub fn metrics<R: Real, const N: usize>(
         jam_push: s.jam.push,
         jam_moment: s.jam.moment,
         jam_squeeze: s.jam.squeeze,
+        peak_leg_force: ring.peak_force,
+        peak_leg_stroke: ring.peak_stroke,
         separation_time: s.separated_at,
         separation_speed: s.separation_speed,
-        linear_momentum_error: linear,
-        angular_momentum_error: angular,
-        injected_energy: (s.port_energy - s.hardware_energy) * facility,
+        linear_momentum_error: linear.norm(),
+        angular_momentum_error: angular.norm(),
+        injected_energy: injected * facility,
         tracking_gain: R::select(zero.lt(facility), followed.gain, never),
         tracking_lag: followed.lag * facility,
         tracking_error: followed.error * facility,
@@ -399,11 +411,11 @@ pub fn metrics<R: Real, const N: usize>(
 
 /// Total momenta against the account of start and external impulses.
 #[inline(always)]
-fn momentum_errors<R: Real, const N: usize>(b: &Bodies<R, N>) -> (R, R) {
+fn momentum_errors<R: Real, const N: usize>(b: &Bodies<R, N>) -> (Vec3<R>, Vec3<R>) {
     let place = |body: &crate::space::Body<R>| body.com + body.com_step;
     let linear = b.chaser.momentum + b.target.momentum - b.impulse;
     let angular = (b.chaser.spin + place(&b.chaser).cross(b.chaser.momentum))
         + (b.target.spin + place(&b.target).cross(b.target.momentum))
         - b.moment_impulse;
-    (linear.norm(), angular.norm())
+    (linear, angular)
 }

@@ -5,7 +5,9 @@
 
 use crate::bundle;
 use crate::fields::{Field, fields, from_slice};
-use crate::range::{DAMPING, FORCE, LENGTH, MASS, MAX_DELAY_S, QUARTER_TURN, RATE, Range, SPEED, STIFFNESS, UNLIMITED};
+use crate::range::{
+    DAMPING, FORCE, LENGTH, MASS, MAX_DELAY_S, MOST_HOOKS, QUARTER_TURN, RATE, Range, SPEED, STIFFNESS, UNLIMITED,
+};
 use crate::vector::Vec3;
 use std::collections::HashMap;
 use std::sync::OnceLock;
@@ -71,6 +73,7 @@ bundle! {
         latch_damping: R, "N s/m", in Range::within(0.0, DAMPING), "translational damping of a closed latch";
         latch_rotation_stiffness: R, "N m/rad", in Range::within(0.0, STIFFNESS), "rotational stiffness of a closed latch";
         latch_rotation_damping: R, "N m s/rad", in Range::within(0.0, DAMPING), "rotational damping of a closed latch";
+        latch_failed: R, "1", in Range::within(0.0, MOST_HOOKS as f64), "number of the hook of the latch that neither closes nor holds; 0 = all work";
 
         // Relative errors: the erroneous value must stay physical.
         mass_error: R, "1", in Range::above(-1.0, 10.0), "relative error of the target mass in the facility's simulation";

@@ -12,6 +12,7 @@ use crate::model::{Contact, ContactPoint, JointLevel, MaterialPair, Members, Mod
 use crate::robot::{command, robots_at};
 use crate::session::{SessionRobot, Workspace};
 use crate::space::{Motion, Parts};
+use crate::stewart::PreparedRing;
 use crate::vector::{Mat3, Pose, Sym3, Vec3};
 use std::collections::BTreeSet;
 use std::ops::Deref;
@@ -28,6 +29,8 @@ pub struct Plant {
     pub target_inverse_inertia: Sym3<f64>,
     /// Laboratory motions of the parts at the start of an undispersed run, at rest.
     pub start: Parts<f64>,
+    /// The ring that part B rides on, if there is one.
+    pub capture_ring: Option<PreparedRing>,
     /// Solids of parts A and B, their surfaces prepared.
     pub solids: [Vec<PreparedSolid>; 2],
     /// Laws of contact, each with the solids that it is for.
@@ -143,12 +146,14 @@ impl Plant {
         chain.links.iter_mut().enumerate().for_each(|(i, link)| link.slides = model.slides(i));
         let target_inverse_inertia = model.target_inertia.inverse();
         let start = start(&model, tool_start);
+        let capture_ring = model.ring.map(PreparedRing::new);
         let mut plant = Self {
             model,
             chain,
             tool_start,
             start,
             target_inverse_inertia,
+            capture_ring,
             solids,
             pairs,
             contacts,

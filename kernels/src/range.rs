@@ -65,3 +65,6 @@ pub const ANGLE: f64 = 4.0 * HALF_TURN;
 
 /// "No limit": far beyond any real sensor, far below the f32 overflow of its square.
 pub const UNLIMITED: f64 = 1.0e15;
+
+/// Most hooks of a latch.
+pub const MOST_HOOKS: usize = 16;

@@ -339,11 +339,12 @@ pub fn advance<R: Real, const N: usize>(
     w: Wrench<R>,
 ) -> Bodies<R, N> {
     let mut next = *s;
-    advance_in_place(m, masses, &mut next, k, u, w);
+    advance_in_place(m, masses, &mut next, k, u, w, w);
     next
 }
 
-/// [`advance`] in place.
+/// [`advance`] in place, where the target takes the negative of another wrench about A's origin than `w`: of `back`, which
+/// the legs of a soft capture ring pass on.
 #[inline(always)]
 pub fn advance_in_place<R: Real, const N: usize>(
     m: &Plant,
@@ -352,6 +353,7 @@ pub fn advance_in_place<R: Real, const N: usize>(
     k: &Kinematics<R, N>,
     u: &Actuation<R, N>,
     w: Wrench<R>,
+    back: Wrench<R>,
 ) {
     let dt = R::lit(m.timing.substep);
     let target_centre = s.target.com + s.target.com_step;
@@ -362,10 +364,10 @@ pub fn advance_in_place<R: Real, const N: usize>(
         advance_chaser(m, masses, s, k, u, w)
     };
     let on_target = if m.held.target {
-        on_origin(&k.parts.a, w)
+        on_origin(&k.parts.a, back)
     } else {
-        let push = advance_target(m, masses, &mut s.target, k, w);
-        let pushed = w.force * -(R::lit(1.0) / masses.target_mass);
+        let push = advance_target(m, masses, &mut s.target, k, back);
+        let pushed = back.force * -(R::lit(1.0) / masses.target_mass);
         s.sway = swayed(m.effects, dt, &masses.modes, &s.sway, pushed);
         Wrench { force: push, moment: target_centre.cross(push) }
     };

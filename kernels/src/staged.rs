@@ -1,6 +1,7 @@
 //! The stage functions as the frame calls them: each compiled on its own for the lanes' instruction set.
 
 use crate::arm_motion::ArmMotion;
+use crate::capture_ring::Ring;
 use crate::compensator::Compensation;
 use crate::contact::{LatchState, Point, PointContact, PointState};
 use crate::fields::Bundle;
@@ -67,7 +68,11 @@ staged! {
     /// [`crate::space::update_kinematics`]
     space::update_kinematics<N>(m; masses: &'a Masses<L>, s: &'a Bodies<L, N>, k: &'a mut Kinematics<L, N>) -> ();
     /// [`crate::space::advance_in_place`]
-    space::advance_in_place<N>(m; masses: &'a Masses<L>, s: &'a mut Bodies<L, N>, k: &'a Kinematics<L, N>, u: &'a Actuation<L, N>, w: Wrench<L>) -> ();
+    space::advance_in_place<N>(m; masses: &'a Masses<L>, s: &'a mut Bodies<L, N>, k: &'a Kinematics<L, N>, u: &'a Actuation<L, N>, w: Wrench<L>, back: Wrench<L>) -> ();
+    /// [`crate::capture_ring::ring_at`]
+    capture_ring::ring_at(m; parts: &'a Parts<L>) -> Ring<L>;
+    /// [`crate::capture_ring::on_ring`]
+    capture_ring::on_ring(m; s: &'a Ring<L>, parts: &'a Parts<L>) -> Parts<L>;
     /// [`crate::guidance::guide`]
     guidance::guide<N>(m; p: &'a Params<L>, masses: &'a Masses<L>, arm: &'a Arm<L, N>, drives: &'a ArmDrives<L, N>, base: Quat<L>, k: &'a Kinematics<L, N>, touched: L, motion: &'a ArmMotion<L, N>, firing: &'a Firing<L>) -> Actuation<L, N>;
     /// [`crate::contact::contact_point`]
@@ -121,7 +126,7 @@ staged! {
     /// [`crate::noise::normals`]
     noise::normals(; u: L, v: L) -> Normals<L>;
     /// [`crate::monitor::metrics`]
-    monitor::metrics<N>(m; s: &'a Watch<L>, bodies: &'a Bodies<L, N>, followed: &'a Followed<L>, facility: L) -> Metrics<L>;
+    monitor::metrics<N>(m; s: &'a Watch<L>, bodies: &'a Bodies<L, N>, ring: &'a Ring<L>, followed: &'a Followed<L>, facility: L) -> Metrics<L>;
 }
 
 /// Takes over a value where the mask holds.
@@ -188,6 +193,10 @@ pub mod in_place {
         monitor::observe(m; | s: Watch<L> | time: L, parts: &'a Parts<L>, simulated: &'a Parts<L>, touch: &'a Touch<L>, latch: &'a LatchState<L>);
         /// [`crate::monitor::finish`]
         monitor::finish(m; | s: Watch<L> | time: L, simulated: &'a Parts<L>, last: L, facility: L);
+        /// [`crate::capture_ring::push_ring`]
+        capture_ring::push_ring(m; | s: Ring<L> | parts: &'a Parts<L>, w: Wrench<L>);
+        /// [`crate::capture_ring::settle_ring`]
+        capture_ring::settle_ring(m; | s: Ring<L> |);
         /// [`crate::arm_motion::follow`]
         arm_motion::follow<N>(m; p: &'a Params<L> | s: ArmMotion<L, N> | arm: &'a Arm<L, N>, drives: &'a ArmDrives<L, N>, base: Quat<L>, k: &'a Kinematics<L, N>, felt: &'a Wrench<L>, captured: L, noise: &'a Wrench<L>);
         /// [`crate::thrusters::fire`]

@@ -2,6 +2,7 @@
 //! it, and the parity test calls it in f64.
 
 use crate::arm_motion::{self, ArmMotion};
+use crate::capture_ring::{self, Ring};
 use crate::compensator::{self, Compensation};
 use crate::contact::mesh::ShellPoint;
 use crate::contact::shell::{self, Relative, ShellTouch};
@@ -106,8 +107,17 @@ fn body_stages<R: Real, const N: usize>(m: &Plant) -> Vec<StageRow<'_, R>> {
         stage!(R; follow(p: Params<R>, motion: ArmMotion<R, N>, s: Bodies<R, N>, k: Kinematics<R, N>, felt: Wrench<R>, watch: Watch<R>, noise: Wrench<R>)
             -> ArmMotion<R, N> => arm_motion::follow(m, &p, &motion, &s.arm, &s.drives, s.chaser.attitude, &k, &felt, watch.closed, &noise)),
         stage!(R; feel(felt: Wrench<R>, parts: Parts<R>, w: Wrench<R>) -> Wrench<R> => arm_motion::feel(m, &felt, parts.a, w)),
-        stage!(R; advance(masses: Masses<R>, s: Bodies<R, N>, k: Kinematics<R, N>, u: Actuation<R, N>, w: Wrench<R>)
-            -> Bodies<R, N> => space::advance(m, &masses, &s, &k, &u, w)),
+        stage!(R; ring_at(parts: Parts<R>) -> Ring<R> => capture_ring::ring_at(m, &parts)),
+        stage!(R; on_ring(ring: Ring<R>, parts: Parts<R>) -> Parts<R> => capture_ring::on_ring(m, &ring, &parts)),
+        stage!(R; push_ring(ring: Ring<R>, parts: Parts<R>, w: Wrench<R>) -> Ring<R> => capture_ring::push_ring(m, &ring, &parts, w)),
+        stage!(R; back_of(ring: Ring<R>) -> Wrench<R> => ring.back),
+        stage!(R; settle_ring(ring: Ring<R>) -> Ring<R> => capture_ring::settle_ring(m, &ring)),
+        stage!(R; advance(masses: Masses<R>, s: Bodies<R, N>, k: Kinematics<R, N>, u: Actuation<R, N>, w: Wrench<R>, back: Wrench<R>)
+            -> Bodies<R, N> => {
+            let mut next = s;
+            space::advance_in_place(m, &masses, &mut next, &k, &u, w, back);
+            next
+        }),
         stage!(R; settle(s: Bodies<R, N>) -> Bodies<R, N> => space::settle(s)),
     ]
 }
@@ -272,7 +282,7 @@ fn monitor_stages<R: Real, const N: usize>(m: &Plant) -> Vec<StageRow<'_, R>> {
             -> Watch<R> => monitor::observe(m, &s, time, &parts, &simulated, &touch, &latch)),
         stage!(R; finish(s: Watch<R>, time: R, simulated: Parts<R>, last: R, facility: R)
             -> Watch<R> => monitor::finish(m, &s, time, &simulated, last, facility)),
-        stage!(R; metrics(s: Watch<R>, bodies: Bodies<R, N>, followed: Followed<R>, facility: R) -> Metrics<R>
-            => monitor::metrics(m, &s, &bodies, &followed, facility)),
+        stage!(R; metrics(s: Watch<R>, bodies: Bodies<R, N>, ring: Ring<R>, followed: Followed<R>, facility: R) -> Metrics<R>
+            => monitor::metrics(m, &s, &bodies, &ring, &followed, facility)),
     ]
 }

@@ -61,20 +61,32 @@ fn tick_space(now: f32, last: f32) {
             u = guide(p, masses, space, k, space_watch, space_motion, space_firing);
         }
         let grip = grip_after(Grip(space_motion.grip_share, space_motion.grip_rate), f32(substep) * SUBSTEP);
-        let touch = touch_space(pairs, parts, grip);
-        let hold = latch(p, parts, space_watch.closed, grip.share);
-        space_watch = observe(space_watch, now + f32(substep) * SUBSTEP, parts, parts, touch, hold);
+        var touching = parts;
+        if (RINGED) {
+            touching = on_ring(space_ring, parts);
+        }
+        let touch = touch_space(pairs, touching, grip);
+        let hold = latch(p, touching, space_watch.closed, grip.share);
+        space_watch = observe(space_watch, now + f32(substep) * SUBSTEP, touching, parts, touch, hold);
         let pushed = total_wrench(touch, hold);
         if (PLANNED) {
             space_felt = feel(space_felt, parts, pushed);
         }
-        space = advance(masses, space, k, u, pushed);
+        var back = pushed;
+        if (RINGED) {
+            space_ring = push_ring(space_ring, parts, pushed);
+            back = back_of(space_ring);
+        }
+        space = advance(masses, space, k, u, pushed, back);
         substep++;
         if (substep == SUBSTEPS) {
             break;
         }
     }
     space = settle(space);
+    if (RINGED) {
+        space_ring = settle_ring(space_ring);
+    }
     space_watch = finish(space_watch, now + TICK, parts, last, 0.0);
 }
 
@@ -136,7 +148,11 @@ fn tick_facility(simulated: Parts, now: f32, jitter: f32) {
     loop {
         let place = (progress(p, f32(substep) / f32(SUBSTEPS)) - delay) - oldest;
         move_robots(displaced(interpolate(first, second, third, place), admittance));
-        let parts = mounted_parts(p, robot);
+        let mount = mounted_parts(p, robot);
+        var parts = mount;
+        if (RINGED) {
+            parts = on_ring(hil_ring, mount);
+        }
         let time = now - f32(SUBSTEPS - substep) * SUBSTEP;
         // The fingers go on from the simulation's last tick.
         let grip = grip_after(Grip(hil_motion.grip_share, hil_motion.grip_rate), f32(substep) * SUBSTEP);
@@ -144,9 +160,14 @@ fn tick_facility(simulated: Parts, now: f32, jitter: f32) {
         let hold = latch(p, parts, hil_watch.closed, grip.share);
         hil_watch = observe(hil_watch, time, parts, simulated, touch, hold);
         let pushed = total_wrench(touch, hold);
+        var back = pushed;
+        if (RINGED) {
+            hil_ring = push_ring(hil_ring, mount, pushed);
+            back = back_of(hil_ring);
+        }
         push_robots(pushed);
         if (COMPLIANT_FIXTURE) {
-            robot = push_fixture(p, robot, pushed);
+            robot = push_fixture(p, robot, back);
         }
         var wrench = to_sensor(parts, pushed);
         if (LOADED) {
@@ -165,6 +186,9 @@ fn tick_facility(simulated: Parts, now: f32, jitter: f32) {
             break;
         }
         substep++;
+    }
+    if (RINGED) {
+        hil_ring = settle_ring(hil_ring);
     }
     tracking = track(p, tracking, mounted_parts(p, robot), now);
 }
@@ -249,7 +273,7 @@ fn tick_simulation(masses: Masses, first: Kinematics) -> Parts {
         if (PLANNED) {
             hil_felt = feel(hil_felt, parts, fed);
         }
-        hil = advance(masses, hil, k, u, fed);
+        hil = advance(masses, hil, k, u, fed, fed);
         substep++;
         if (substep == SUBSTEPS) {
             break;
@@ -308,6 +332,10 @@ fn reset() {
     }
     place_robots(on_course(p, reference));
     let mounted = mounted_parts(p, robot);
+    if (RINGED) {
+        space_ring = ring_at(parts_of(kinematics(space_masses(p), space)));
+        hil_ring = ring_at(mounted);
+    }
     load = load_at(p, mounted);
     sensed = sensor_at(load, mounted);
     held = zero_wrench();
@@ -381,5 +409,5 @@ fn end(@builtin(global_invocation_id) id: vec3u) {
     load_params();
     load_state();
     let seen = followed(p, tracking);
-    store_outcome(metrics(space_watch, space, seen, 0.0), metrics(hil_watch, hil, seen, 1.0));
+    store_outcome(metrics(space_watch, space, space_ring, seen, 0.0), metrics(hil_watch, hil, hil_ring, seen, 1.0));
 }

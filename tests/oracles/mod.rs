@@ -30,4 +30,5 @@ mod scenes;
 mod shapes;
 mod sliding;
 mod stability;
+mod stewart;
 mod thrusters;

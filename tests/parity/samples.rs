@@ -3,6 +3,7 @@
 use crate::oracles::meshes::{block_with_cone, sphere};
 use softdock_kernels::arm_motion::ArmMotion;
 use softdock_kernels::arm_plan::{ArmGuard, ArmPhase, ArmPlan, Camera, Compliance, Goal, MAX_JOINTS, Pace};
+use softdock_kernels::capture_ring::Ring;
 use softdock_kernels::compensator::Compensation;
 use softdock_kernels::contact::PointContact;
 use softdock_kernels::contact::mesh::ShellPoint;
@@ -19,8 +20,8 @@ use softdock_kernels::manipulator::cell::{Drives, Feedforward, SetPoint};
 use softdock_kernels::manipulator::{ArmDrive, Drive, Friction, Stops};
 use softdock_kernels::material::Pair;
 use softdock_kernels::model::{
-    ArmControl, Brakes, Compensator, CompensatorKind, ContactPoint, Finger, ImpedanceLaw, MaterialPair, Members, Model,
-    NormalLaw, SensorLoad, Shape, Solid, TestMotion, Thrust, Thrusters, Waveform,
+    ArmControl, Brakes, Compensator, CompensatorKind, ContactPoint, Finger, Hook, ImpedanceLaw, MaterialPair, Members,
+    Model, NormalLaw, SensorLoad, Shape, Solid, TestMotion, Thrust, Thrusters, Waveform,
 };
 use softdock_kernels::monitor::{Touch, Watch, gather, no_touch, total_wrench};
 use softdock_kernels::params::Params;
@@ -30,9 +31,10 @@ use softdock_kernels::robot::{Robots, command, extrapolate, mounted_parts};
 use softdock_kernels::sensor::Sensor;
 use softdock_kernels::session::{Asked, Clearance, Session, axes_asked};
 use softdock_kernels::space::{Bodies, Kinematics, Parts, Wrench, hil_masses, kinematics, space_masses};
+use softdock_kernels::stewart::{CaptureRing, stewart_legs};
 use softdock_kernels::test_motion::{Tracking, followed};
 use softdock_kernels::thrusters::Firing;
-use softdock_kernels::vector::{Pose, Quat, Vec3, vec3};
+use softdock_kernels::vector::{Pose, Quat, Sym3, Vec3, vec3};
 use softdock_mesh::{Options, Triangles, prepare};
 use softdock_test_size::is_full;
 use softdock_tracer::wgsl::Function;
@@ -163,7 +165,7 @@ fn compensated(model: &mut Model, kind: CompensatorKind) {
     model.facility.compensator = Compensator { kind, pulls: false };
 }
 
-/// A compensator with internal state, behind a tared sensor with a load.
+/// A compensator with internal state, behind a tared sensor with a load; part B on a ring, a latch with hooks.
 fn observed(model: &mut Model) {
     compensated(model, CompensatorKind::LeadPassivity);
     model.facility.tared = true;
@@ -173,6 +175,22 @@ fn observed(model: &mut Model) {
         gravity: vec3(0.0, 0.0, -9.81),
         inertia_compensated: true,
     });
+    model.ring = Some(CaptureRing {
+        mass: 25.0,
+        inertia: Sym3::diagonal(vec3(1.0, 0.7, 0.6)),
+        centre: vec3(0.02, 0.01, -0.005),
+        legs: stewart_legs([0.2, 0.25], [0.2, 0.25], [0.05, 0.3]),
+        stiffness: 8e3,
+        damping: 150.0,
+        force_limit: 60.0,
+        lag: 3e-3,
+        strokes: [4e-3, 3e-3],
+        stop_stiffness: 5e4,
+    });
+    let latch = model.contact.latch.as_mut().expect("a latch");
+    let hook = |y: f64, z: f64| Hook { point: vec3(0.0, y, z), seat: latch.seat + vec3(0.0, y, z) };
+    latch.hooks = vec![hook(0.1, 0.0), hook(-0.05, 0.08)];
+    latch.hook_reach = 0.02;
 }
 
 /// Numbers for any compensator, and tools that are slow enough to meet their limits.
@@ -613,6 +631,12 @@ fn firing<const N: usize>(plant: &Plant, shot: &Snapshot, s: &Scene<N>) -> Vec<f
     optional::<N, Firing<f64>>(plant, shot, name)
 }
 
+/// The ring that part B rides on, on the scene's side.
+fn ring<const N: usize>(plant: &Plant, shot: &Snapshot, s: &Scene<N>) -> Vec<f64> {
+    let name = if s.facility { "hil_ring_" } else { "space_ring_" };
+    optional::<N, Ring<f64>>(plant, shot, name)
+}
+
 /// One argument, by the name of its struct and, where that is not enough, its own.
 fn bundle<const N: usize>(
     plant: &Plant,
@@ -670,6 +694,7 @@ fn bundle<const N: usize>(
         }
         "Grip" => vec![draws.uniform(), draws.normal()],
         "Firing" => firing::<N>(plant, shot, s),
+        "Ring" => ring::<N>(plant, shot, s),
         "ArmMotion" => arm_motion::<N>(plant, shot, s),
         "Actuation" => {
             let masses = if s.facility { hil_masses(&p) } else { space_masses(&p) };

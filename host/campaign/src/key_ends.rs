@@ -30,7 +30,7 @@ impl Campaign {
     /// Refuses a campaign for `user`, which has one scenario for all runs and robots that hold rigid parts.
     ///
     /// # Errors
-    /// If the campaign disperses keys of the scenario, or part A has fingers.
+    /// If the campaign disperses keys of the scenario, part A has fingers, or part B rides on a ring.
     pub fn refuse_for(&self, user: &str) -> Result<(), Problems> {
         let file = || self.files()[0].clone();
         if let Some(key) = self.keys().next() {
@@ -42,6 +42,11 @@ impl Campaign {
         if !self.scenario.model.contact.fingers.is_empty() {
             let message = format!("part A of this campaign has fingers, and {user} commands no gripper");
             let remedy = "use a scenario whose solids have no `closes`";
+            return Err(Problem::with_file(file(), message).remedy(remedy).into());
+        }
+        if self.scenario.model.ring.is_some() {
+            let message = format!("part B of this campaign rides on a soft capture ring, and {user} measures no ring");
+            let remedy = "use a scenario without [soft_capture]";
             return Err(Problem::with_file(file(), message).remedy(remedy).into());
         }
         Ok(())

@@ -39,6 +39,7 @@ mod ranges;
 mod read;
 pub mod requirement;
 pub mod rig;
+pub mod ring_notes;
 pub mod robot;
 pub mod rules;
 mod sampling;

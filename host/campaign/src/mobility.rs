@@ -4,8 +4,9 @@
 
 use crate::inertia::matrix;
 use crate::placement::link_frames;
-use nalgebra::{DMatrix, Matrix3};
+use nalgebra::{DMatrix, Matrix3, Matrix6};
 use softdock_kernels::model::Model;
+use softdock_kernels::stewart::{CaptureRing, leg_jacobian};
 use softdock_kernels::vector::{Mat3, Pose, Sym3, Vec3, vec3};
 
 /// Share of the greatest mobility below which a direction does not move.
@@ -125,22 +126,51 @@ impl Chaser {
 }
 
 /// Acceleration of a point of the target by a force on it \[1/kg\]; `point` in the contact frame. None of a held target.
+///
+/// Behind a soft capture ring it is the ring that accelerates at once.
 pub(crate) fn target_at_point(m: &Model, mass: f64, inertia_scale: f64, point: Vec3<f64>) -> Matrix3<f64> {
+    if let Some(ring) = &m.ring {
+        return at_point(ring.mass, &matrix(ring.inertia.inverse()), point - ring.centre);
+    }
     if m.held.target {
         return Matrix3::zeros();
     }
-    let arm = point - m.target_pose.position;
+    at_point(mass, &target_about_com(m, inertia_scale), point - m.target_pose.position)
+}
+
+/// Acceleration of a point of a free body, at `arm` from its centre of mass, by a force there \[1/kg\].
+fn at_point(mass: f64, about_com: &Matrix3<f64>, arm: Vec3<f64>) -> Matrix3<f64> {
     let skew = Matrix3::new(0.0, -arm.z, arm.y, arm.z, 0.0, -arm.x, -arm.y, arm.x, 0.0);
-    Matrix3::identity() * (1.0 / mass) - skew * target_about_com(m, inertia_scale) * skew
+    Matrix3::identity() * (1.0 / mass) - skew * about_com * skew
 }
 
 /// Angular acceleration of the target by a moment \[1/(kg m^2)\].
 pub(crate) fn target_about_com(m: &Model, inertia_scale: f64) -> Matrix3<f64> {
+    if let Some(ring) = &m.ring {
+        return matrix(ring.inertia.inverse());
+    }
     if m.held.target {
         return Matrix3::zeros();
     }
     let inertia = m.target_inertia.map(|element| element * inertia_scale);
     matrix(inertia.rotated(m.target_pose.attitude.matrix()).inverse())
+}
+
+/// Squares of the natural angular frequencies of a ring on its legs, the mount held, per stiffness of a leg \[1/kg\],
+/// ascending.
+pub(crate) fn leg_mobilities(ring: &CaptureRing) -> [f64; 6] {
+    let jacobian = Matrix6::from_fn(|leg, axis| leg_jacobian(&ring.legs, Pose::identity())[leg][axis]);
+    let mut spatial = Matrix6::zeros();
+    let lever = ring.centre;
+    let skew = Matrix3::new(0.0, -lever.z, lever.y, lever.z, 0.0, -lever.x, -lever.y, lever.x, 0.0) * ring.mass;
+    spatial.fixed_view_mut::<3, 3>(0, 0).copy_from(&(Matrix3::identity() * ring.mass));
+    spatial.fixed_view_mut::<3, 3>(0, 3).copy_from(&-skew);
+    spatial.fixed_view_mut::<3, 3>(3, 0).copy_from(&skew);
+    spatial.fixed_view_mut::<3, 3>(3, 3).copy_from(&(matrix(ring.inertia) - skew * skew / ring.mass));
+    let Some(inverse) = spatial.try_inverse() else { return [f64::INFINITY; 6] };
+    let mut squares: [f64; 6] = (jacobian * inverse * jacobian.transpose()).symmetric_eigenvalues().into();
+    squares.sort_by(f64::total_cmp);
+    squares
 }
 
 /// The greatest eigenvalue of a symmetric matrix: the direction that is easiest to move.

@@ -17,6 +17,7 @@ type Reason = (&'static str, &'static str);
 
 const UNUSED: Reason = ("no expression uses this variable", "remove it, or use it in the expr of a [[derived]]");
 const NO_LATCH: Reason = ("the scenario has no latch", "remove it, or add a table [latch] to the scenario");
+const NO_HOOKS: Reason = ("the latch has no hooks that could fail", "remove it, or add latch.hook to the scenario");
 const NO_CAMERA: Reason = ("the arm has no camera", "remove it, or add a table [arm.camera] to the scenario");
 const NO_RAIL: Reason = ("the facility has no rail", "remove it, or add a table [facility.rail] to the scenario");
 const RAIL_STANDS: Reason =
@@ -130,6 +131,7 @@ fn ineffective(name: &str, model: &Model, bounds: &[Bounds]) -> Option<Reason> {
             without(NO_CAMERA, camera.is_none())
         }
         _ if without_effect_if_held(name, model.held).is_some() => without_effect_if_held(name, model.held),
+        "latch_failed" => without(NO_HOOKS, model.contact.latch.as_ref().is_none_or(|latch| latch.hooks.is_empty())),
         _ if name.starts_with("latch_") => without(NO_LATCH, model.contact.latch.is_none()),
         _ if name.starts_with("test_") => without(NO_TEST, model.facility.test_motion.is_none()),
         _ if name.starts_with("rail_") && rail.is_none() => Some(NO_RAIL),

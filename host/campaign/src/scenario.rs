@@ -11,6 +11,7 @@ pub(crate) mod held;
 mod impedance;
 mod joint_level;
 pub(crate) mod sliding;
+mod soft_capture;
 
 use crate::check::Checker;
 use crate::identified::{IdentifiedEffect, identified_effects};
@@ -303,6 +304,7 @@ fn compile(c: &mut Checker, file: &ScenarioFile, bodies: &Bodies, known: Option<
         target_inertia: bodies.target_inertia,
         target_pose: bodies.target_pose,
         seat: bodies.seat,
+        ring: soft_capture::read(c, file),
         held: bodies.held,
         contact,
         guidance,

@@ -2,7 +2,7 @@
 //!
 //! Semi-implicit Euler is stable up to w dt = 2; half a radian leaves room for sixteen points in contact at once.
 
-use crate::mobility::{Chaser, effective_mass, greatest, target_about_com, target_at_point};
+use crate::mobility::{Chaser, effective_mass, greatest, leg_mobilities, target_about_com, target_at_point};
 use nalgebra::{DMatrix, DVector, Matrix3};
 use softdock_kernels::arm_plan::ArmPhase;
 use softdock_kernels::contact::mesh::ShellPoint;
@@ -85,6 +85,7 @@ pub(crate) fn faults(m: &Model, extremes: &Extremes) -> Vec<Fault> {
     springs.extend(compensator(m, extremes, &chaser));
     springs.extend(servos(m, extremes));
     springs.push(fixture(m, extremes));
+    springs.extend(capture_legs(m));
     let mut faults: Vec<Fault> = springs.iter().filter_map(|spring| spring.fault(m)).collect();
     faults.extend(lags(m, extremes));
     faults
@@ -256,6 +257,17 @@ fn greatest_slope_and_damping(m: &Model, high: &Params<f64>) -> [f64; 2] {
     rows.fold(common, |[slope, damping], own| [slope.max(own[0]), damping.max(own[1])])
 }
 
+/// Legs of a soft capture ring: the spring that goes on in a stop, and the damper, which a lag of its force softens.
+fn capture_legs(m: &Model) -> Vec<Spring> {
+    let Some(ring) = &m.ring else { return Vec::new() };
+    let mobility = leg_mobilities(ring)[5];
+    let row = |key: &str, stiffness, damping| Spring {
+        held: false,
+        ..held("soft capture ring".to_owned(), &format!("soft_capture.{key}"), stiffness, damping, mobility, "kg")
+    };
+    vec![row("stop_stiffness", ring.stiffness + ring.stop_stiffness, 0.0), row("damping", 0.0, ring.damping)]
+}
+
 /// Part B on its mount, pushed by the contact: a mass of 1 / (c w^2) between two springs.
 fn fixture(m: &Model, extremes: &Extremes) -> Spring {
     let high = &extremes.greatest;
@@ -268,15 +280,17 @@ fn fixture(m: &Model, extremes: &Extremes) -> Spring {
 
 /// The closed latch.
 fn latch(m: &Model, extremes: &Extremes, chaser: &Chaser) -> Vec<Spring> {
-    let Some(latch) = m.contact.latch else {
+    let Some(latch) = &m.contact.latch else {
         return Vec::new();
     };
     let (low, high) = (&extremes.least, &extremes.greatest);
-    let linear = pair_mobility(m, low, chaser, chaser.axes.times(latch.point));
+    let places = latch.hooks.iter().map(|hook| hook.point).chain([latch.point]);
+    let linear = places.map(|place| pair_mobility(m, low, chaser, chaser.axes.times(place))).fold(0.0, f64::max);
+    let hooks = latch.hooks.len().max(1) as f64;
     let angular = greatest(&(chaser.about_part_a() + target_about_com(m, low.target_inertia_scale)));
     let rows = [
-        ("latch.stiffness", "latch_stiffness", high.latch_stiffness, 0.0, linear, "kg"),
-        ("latch.damping", "latch_damping", 0.0, high.latch_damping, linear, "kg"),
+        ("latch.stiffness", "latch_stiffness", hooks * high.latch_stiffness, 0.0, linear, "kg"),
+        ("latch.damping", "latch_damping", 0.0, hooks * high.latch_damping, linear, "kg"),
         ("latch.rotation_stiffness", "latch_rotation_stiffness", high.latch_rotation_stiffness, 0.0, angular, "kg m^2"),
         ("latch.rotation_damping", "latch_rotation_damping", 0.0, high.latch_rotation_damping, angular, "kg m^2"),
     ];

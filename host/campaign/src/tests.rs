@@ -80,6 +80,7 @@ fn shipped_campaigns_are_valid_and_described() {
         ("servo.toml", 200),
         ("grapple.toml", 200),
         ("adapter_ring.toml", 200),
+        ("soft_capture.toml", 10_000),
     ] {
         let campaign = shipped(name);
         assert_eq!(campaign.runs, runs);

@@ -31,7 +31,8 @@ fn at_start<const N: usize>(plant: &Plant, run: &Finished, normal: Vec3<f64>, le
     let separation = |force: f64| {
         let force = normal * force;
         let mut next = bodies;
-        advance_in_place(plant, &masses, &mut next, &k, &idle, Wrench { force, moment: lever.cross(force) });
+        let w = Wrench { force, moment: lever.cross(force) };
+        advance_in_place(plant, &masses, &mut next, &k, &idle, w, w);
         // Twists after the push at the configuration before it.
         let mut there = bodies;
         (there.chaser.momentum, there.chaser.spin) = (next.chaser.momentum, next.chaser.spin);

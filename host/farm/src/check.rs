@@ -10,6 +10,7 @@ use softdock_campaign::campaign::Method;
 use softdock_campaign::contact_notes::contact_lines;
 use softdock_campaign::criteria::sentences;
 use softdock_campaign::requirement::{AgreementRequirement, Requirement};
+use softdock_campaign::ring_notes::ring_lines;
 use softdock_campaign::rules;
 use softdock_campaign::{Campaign, histograms};
 use softdock_kernels::model::Model;
@@ -32,7 +33,12 @@ pub fn check_text(campaign: &Campaign, draws: u64) -> Result<String> {
     );
     text += "\ncontact\n";
     contact_lines(&campaign.scenario.model).iter().for_each(|line| text += &format!("  {line}\n"));
-    for (title, lines) in [("arm", arm_lines(&campaign.scenario)), ("meshes", campaign.scenario.mesh_lines())] {
+    let tables = [
+        ("arm", arm_lines(&campaign.scenario)),
+        ("soft capture ring", ring_lines(&campaign.scenario.model)),
+        ("meshes", campaign.scenario.mesh_lines()),
+    ];
+    for (title, lines) in tables {
         if !lines.is_empty() {
             text += &format!("\n{title}\n");
         }
@@ -162,6 +168,7 @@ pub fn check_json(campaign: &Campaign, draws: u64) -> Result<Value> {
         "own_delay_s": campaign.scenario.model.timing.own_delay(),
         "contact": contact_lines(&campaign.scenario.model),
         "arm": arm_lines(&campaign.scenario),
+        "soft_capture": ring_lines(&campaign.scenario.model),
         "meshes": campaign.scenario.mesh_lines(),
         "requirements": campaign.requirements.iter().map(requirement).collect::<Vec<_>>(),
         "agreement_requirements": campaign.agreement.iter().map(rate).collect::<Vec<_>>(),

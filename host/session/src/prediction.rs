@@ -15,7 +15,9 @@ use softdock_realtime::drive::prediction::{PredictedRun, expect};
 use softdock_realtime::log::codes::StopCause;
 
 /// Metrics that a facility does not measure, or that are undefined for a single run.
-const UNMEASURED: [&str; 13] = [
+const UNMEASURED: [&str; 15] = [
+    "peak_leg_force",
+    "peak_leg_stroke",
     "end_time",
     "peak_depth",
     "linear_momentum_error",

@@ -22,7 +22,7 @@ use crate::fields::literal;
 use crate::grip::Grip;
 use crate::material::Pair;
 use crate::math::atan2;
-use crate::model::{Finger, Side};
+use crate::model::{Finger, Latch, Side};
 use crate::params::Params;
 use crate::plant::{ContactPair, Plant};
 use crate::real::Real;
@@ -254,7 +254,7 @@ pub fn sliding_velocity<R: Real>(a: &Motion<R>, b: &Motion<R>, lever: Vec3<R>) -
 #[inline(always)]
 pub fn latch<R: Real>(m: &Plant, p: &Params<R>, parts: &Parts<R>, closed: R, gripped: R) -> LatchState<R> {
     let (zero, one) = (R::lit(0.0), R::lit(1.0));
-    let Some(gate) = m.contact.latch else {
+    let Some(gate) = &m.contact.latch else {
         return LatchState { closed, wrench: Wrench::zero(), offset: zero, distance: zero };
     };
     let (a, b) = (parts.a, parts.b);
@@ -274,6 +274,8 @@ pub fn latch<R: Real>(m: &Plant, p: &Params<R>, parts: &Parts<R>, closed: R, gri
     if !m.contact.fingers.is_empty() {
         inside = inside & R::lit(GRIPPED).lt(gripped);
     }
+    let hooked;
+    (inside, hooked) = hooks(gate, p, parts, inside);
     let closed = R::select(inside, one, closed);
 
     // Relative attitude as a rotation vector, exact to third order: a closed latch turns by a few degrees.
@@ -281,5 +283,26 @@ pub fn latch<R: Real>(m: &Plant, p: &Params<R>, parts: &Parts<R>, closed: R, gri
     let twist = relative.small_rotation_vector();
     let force = velocity.scale_add(-p.latch_damping, gap * -p.latch_stiffness) * closed;
     let moment = (a.omega - b.omega).scale_add(-p.latch_rotation_damping, twist * -p.latch_rotation_stiffness) * closed;
+    if !gate.hooks.is_empty() {
+        let wrench = Wrench { force: hooked.force * closed, moment: moment + hooked.moment * closed };
+        return LatchState { closed, wrench, offset, distance: gap.norm() };
+    }
     LatchState { closed, wrench: Wrench { force, moment: moment + lever.cross(force) }, offset, distance: gap.norm() }
+}
+
+/// Whether the latch is inside its gate with all hooks that work, and their wrench on part A about A's origin once closed.
+#[inline(always)]
+fn hooks<R: Real>(gate: &Latch, p: &Params<R>, parts: &Parts<R>, mut inside: R::Mask) -> (R::Mask, Wrench<R>) {
+    let (a, b, mut sum) = (&parts.a, &parts.b, Wrench::zero());
+    for i in 0..gate.hooks.len() {
+        let hook = &gate.hooks[i];
+        let lever = a.attitude.rotate(Vec3::lit(hook.point));
+        let gap = (a.position - b.position) + (lever - b.attitude.rotate(Vec3::lit(hook.seat)));
+        let fails = (p.latch_failed - R::lit(i as f64 + 1.0)).abs().lt(R::lit(0.5));
+        inside = inside & (fails | gap.norm().le(R::lit(gate.hook_reach)));
+        let pull = sliding_velocity(a, b, lever).scale_add(-p.latch_damping, gap * -p.latch_stiffness);
+        let pull = pull * R::select(fails, R::lit(0.0), R::lit(1.0));
+        sum = sum + Wrench { force: pull, moment: lever.cross(pull) };
+    }
+    (inside, sum)
 }

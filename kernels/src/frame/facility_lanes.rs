@@ -1,6 +1,7 @@
 //! The facility in lanes: clock, links, robots, sensor and compensator of a tile, whatever number of joints the arm has.
 
 use super::{Batch, FacilityLanes, Interface, all, has_noisy_camera, touch_observed, zero_wrench};
+use crate::capture_ring::{has_ring, no_ring};
 use crate::compensator::{compensates, new_compensation, prediction_horizon};
 use crate::delay_line::{Line, line_slots};
 use crate::fields::Bundle;
@@ -25,7 +26,8 @@ use crate::session::{Observed, new_session, supervised};
 use crate::space::{Parts, Wrench, hil_masses};
 use crate::staged::{
     axes_asked, by_differences, clearance, command, compensate, displaced, extrapolate, feed_back, felt, in_place,
-    interpolate, kinematics, latch, normals, on_course, range_used, set_where, start, substitute, with_test,
+    interpolate, kinematics, latch, normals, on_course, on_ring, range_used, ring_at, set_where, start, substitute,
+    with_test,
 };
 use crate::test_motion::no_tracking;
 
@@ -81,7 +83,7 @@ impl<L: Lane> Interface<L> {
     pub(super) fn new(m: &Plant, p: &Params<L>, side: SidePair<L>) -> Self {
         let pairs = m.pairs.iter().map(|of| side(of, p)).collect();
         let states = vec![filled(L::lit(0.0)); m.contact_states()];
-        Self { pairs, watch: monitor::new_watch(), states, grip: no_grip() }
+        Self { pairs, watch: monitor::new_watch(), states, grip: no_grip(), ring: no_ring() }
     }
 
     /// Starts the runs of the lanes in the mask.
@@ -144,8 +146,9 @@ impl<L: Lane> FacilityLanes<L> {
             let field = field.next().expect("an endless count");
             L::gather(|lane| starts[lane][field])
         });
-        let interface = Interface::new(m, &facility.params, crate::contact::hil_pair);
+        let mut interface = Interface::new(m, &facility.params, crate::contact::hil_pair);
         L::stage(ResetFacility { facility: &mut facility, m, parts: &parts, fresh });
+        interface.ring = ring_at(m, &mounted_parts(m, &facility.params, &facility.robots));
         (facility, interface)
     }
 
@@ -280,18 +283,31 @@ impl<L: Lane> FacilityLanes<L> {
             let share = crate::robot::progress(m, &self.params, L::lit(f64::from(substep) / substeps));
             let place = (share - delay) - oldest;
             self.move_robots(m, &displaced(m, &interpolate(m, &first, &second, &third, place), &self.admittance));
-            let parts = crate::robot::mounted_parts(m, &self.params, &self.robots);
+            let mount = crate::robot::mounted_parts(m, &self.params, &self.robots);
+            let on_it;
+            let parts = match has_ring(m) {
+                false => &mount,
+                true => {
+                    on_it = on_ring(m, &interface.ring, &mount);
+                    &on_it
+                }
+            };
             let time = now - L::lit(f64::from(m.timing.substeps - substep) * m.timing.substep);
             // The fingers go on from the simulation's last tick.
             let grip = grip_after(&interface.grip, L::lit(f64::from(substep) * m.timing.substep));
-            let touch = touch_observed(m, &interface.pairs, &parts, &grip, &mut interface.states, live, observer);
-            observer.substep(m, &interface.pairs, time, &parts);
-            let latch = latch(m, &self.params, &parts, interface.watch.closed, grip.share);
-            in_place::observe(m, &mut interface.watch, time, &parts, simulated, &touch, &latch);
+            let touch = touch_observed(m, &interface.pairs, parts, &grip, &mut interface.states, live, observer);
+            observer.substep(m, &interface.pairs, time, parts);
+            let latch = latch(m, &self.params, parts, interface.watch.closed, grip.share);
+            in_place::observe(m, &mut interface.watch, time, parts, simulated, &touch, &latch);
             let pushed = monitor::total_wrench(&touch, &latch);
+            let mut back = pushed;
+            if has_ring(m) {
+                in_place::push_ring(m, &mut interface.ring, &mount, pushed);
+                back = interface.ring.back;
+            }
             self.push_robots(pushed);
             if is_compliant(m) {
-                in_place::push_fixture(m, &self.params, &mut self.robots, pushed);
+                in_place::push_fixture(m, &self.params, &mut self.robots, back);
             }
             let mut wrench = crate::sensor::to_sensor(parts.a, pushed);
             if loaded(m) {
@@ -308,12 +324,15 @@ impl<L: Lane> FacilityLanes<L> {
             }
             in_place::step_admittance(m, &mut self.admittance, parts.a, self.sensor.output);
         }
+        if has_ring(m) {
+            in_place::settle_ring(m, &mut interface.ring);
+        }
         if m.facility.test_motion.is_some() {
             let parts = crate::robot::mounted_parts(m, &self.params, &self.robots);
             in_place::track(m, &self.params, &mut self.tracking, &parts, now);
         }
         if let Some(before) = before {
-            self.keep(live, interface, &before);
+            self.keep(m, live, interface, &before);
         }
     }
 

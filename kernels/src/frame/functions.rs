@@ -118,8 +118,8 @@ fn from_the_start<const N: usize>(tile: &mut Tile<f64, N>, m: &Plant) -> Vec<f64
 fn outcome<const N: usize>(tile: &mut Tile<f64, N>, m: &Plant) -> Vec<f64> {
     let (space, hil) = (&tile.space, &tile.hil);
     let seen = followed(m, &tile.facility.params, &tile.facility.tracking);
-    let mut out = to_vec(&metrics(m, &space.interface.watch, &space.bodies, &seen, 0.0));
-    out.extend(to_vec(&metrics(m, &hil.interface.watch, &hil.bodies, &seen, 1.0)));
+    let mut out = to_vec(&metrics(m, &space.interface.watch, &space.bodies, &space.interface.ring, &seen, 0.0));
+    out.extend(to_vec(&metrics(m, &hil.interface.watch, &hil.bodies, &hil.interface.ring, &seen, 1.0)));
     out.extend(to_vec::<f64, _>(&tile.end_state()));
     out
 }

@@ -5,6 +5,7 @@
 
 use super::{Tile, arms::Arms};
 use crate::arm_motion::ArmMotion;
+use crate::capture_ring::{Ring, has_ring};
 use crate::compensator::{Compensation, compensates};
 use crate::contact::{PointState, hil_pair, space_pair};
 use crate::effects::EffectId;
@@ -125,6 +126,8 @@ lane_state! {
         hil_firing: Firing<L>, if m.guidance.thrusters.is_some() => hil.firing;
         space_felt: Wrench<L>, if has_plan(m) => space.felt;
         hil_felt: Wrench<L>, if has_plan(m) => hil.felt;
+        space_ring: Ring<L>, if has_ring(m) => space.interface.ring;
+        hil_ring: Ring<L>, if has_ring(m) => hil.interface.ring;
     }
     joint level {
         drives_a: Drives<L> => arms.drives[0];

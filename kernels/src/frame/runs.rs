@@ -3,6 +3,7 @@
 use super::facility_lanes::ResetFacility;
 use super::{Loops, Tile, one};
 use crate::arm_motion::no_motion;
+use crate::capture_ring::has_ring;
 use crate::contact::{hil_pair, space_pair};
 use crate::fields::Bundle;
 use crate::frame::facility_lanes::SidePair;
@@ -12,8 +13,9 @@ use crate::metrics::Metrics;
 use crate::outcome::{EndState, Finished};
 use crate::params::Params;
 use crate::plant::Plant;
+use crate::robot::mounted_parts;
 use crate::space::{Wrench, hil_masses, space_masses};
-use crate::staged::{followed, kinematics, metrics, start};
+use crate::staged::{followed, kinematics, metrics, ring_at, start};
 use crate::thrusters::no_firing;
 
 /// [`Tile::reset`], compiled for the lanes.
@@ -63,6 +65,15 @@ impl<L: Lane, const N: usize> Tile<L, N> {
         }
         let parts = kinematics(m, &self.hil.masses, &self.hil.bodies).parts;
         L::stage(ResetFacility { facility: &mut self.facility, m, parts: &parts, fresh });
+        if has_ring(m) {
+            let mounts = [
+                kinematics(m, &self.space.masses, &self.space.bodies).parts,
+                mounted_parts(m, &self.facility.params, &self.facility.robots),
+            ];
+            for (side, mount) in [&mut self.space, &mut self.hil].into_iter().zip(&mounts) {
+                side.interface.ring.set_where(fresh, &ring_at(m, mount));
+            }
+        }
     }
 
     /// Takes out the runs whose both loops have ended.
@@ -77,8 +88,9 @@ impl<L: Lane, const N: usize> Tile<L, N> {
             return;
         }
         let seen = followed(m, &self.facility.params, &self.facility.tracking);
-        let space = metrics(m, &self.space.interface.watch, &self.space.bodies, &seen, L::lit(0.0));
-        let hil = metrics(m, &self.hil.interface.watch, &self.hil.bodies, &seen, L::lit(1.0));
+        let space =
+            metrics(m, &self.space.interface.watch, &self.space.bodies, &self.space.interface.ring, &seen, L::lit(0.0));
+        let hil = metrics(m, &self.hil.interface.watch, &self.hil.bodies, &self.hil.interface.ring, &seen, L::lit(1.0));
         let end_state = self.end_state();
         for lane in ended {
             let metrics = [one::<L, Metrics<L>, _>(&space, lane), one(&hil, lane)];

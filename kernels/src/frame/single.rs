@@ -235,7 +235,7 @@ impl<const N: usize> SimulationComputer for Computer<N> {
     fn metrics(&self) -> Metrics<f64> {
         let (m, hil, facility) = (&*self.plant, &self.tile.hil, &self.tile.facility);
         let seen = followed(m, &facility.params, &facility.tracking);
-        metrics(m, &hil.interface.watch, &hil.bodies, &seen, 1.0)
+        metrics(m, &hil.interface.watch, &hil.bodies, &hil.interface.ring, &seen, 1.0)
     }
 }
 

@@ -2,6 +2,7 @@
 
 use crate::stages::{functions, structures};
 use crate::wgsl::{Function, Struct};
+use softdock_kernels::capture_ring::has_ring;
 use softdock_kernels::compensator::compensates;
 use softdock_kernels::contact::PointState;
 use softdock_kernels::contact::mesh::{SHELL_WORDS, ShellPoint};
@@ -131,7 +132,7 @@ fn constants(plant: &Plant, batch: Batch, slots: usize) -> String {
     format!(
         "const SUBSTEP = {:?}f;\nconst SUBSTEPS = {}u;\nconst MAX_TICKS = {}u;\nconst SLOTS = {slots}u;\n\
          const SENSOR_SUBSTEPS = {}u;\nconst LINK = {LINK}u;\nconst SENSOR_A = {}u;\nconst SENSOR_B = {}u;\n\
-         const CAMERA_A = {}u;\nconst CAMERA_B = {}u;\nconst NOISY_CAMERA = {};\nconst PLANNED = {};\nconst FIRES = {};\n\
+         const CAMERA_A = {}u;\nconst CAMERA_B = {}u;\nconst NOISY_CAMERA = {};\nconst PLANNED = {};\nconst FIRES = {};\nconst RINGED = {};\n\
          const NOISY = {};\nconst FACILITY = {};\nconst COMPENSATED = {};\nconst PREDICTED = {};\nconst LOADED = {};\n\
          const COMPLIANT_FIXTURE = {};\nconst POSES = {};\nconst SUPERVISED = {};\n\n",
         t.substep as f32,
@@ -145,6 +146,7 @@ fn constants(plant: &Plant, batch: Batch, slots: usize) -> String {
         has_noisy_camera(plant),
         has_plan(plant),
         plant.guidance.thrusters.is_some(),
+        has_ring(plant),
         batch.noisy,
         batch.loops == Loops::Both,
         compensates(plant),

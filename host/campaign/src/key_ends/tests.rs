@@ -83,4 +83,8 @@ fn robots_hold_rigid_parts() {
     let grapple = crate::load(&path).unwrap_or_else(|problems| panic!("{problems}"));
     let problems = grapple.refuse_for("a session").expect_err("fingers");
     assert!(problems.to_string().contains("a session commands no gripper"), "{problems}");
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../campaigns/soft_capture.toml");
+    let ring = crate::load(&path).unwrap_or_else(|problems| panic!("{problems}"));
+    let problems = ring.refuse_for("a session").expect_err("a ring");
+    assert!(problems.to_string().contains("a session measures no ring"), "{problems}");
 }

@@ -10,11 +10,11 @@ use crate::written::{At, Quantities};
 use softdock_kernels::contact::common_pair;
 use softdock_kernels::material::{NormalLaw, Pair};
 use softdock_kernels::model::{
-    Contact, ContactPoint, Finger, Latch, MaterialPair, Members, Model, PartShape, Shape, Solid,
+    Contact, ContactPoint, Finger, Hook, Latch, MaterialPair, Members, Model, PartShape, Shape, Solid,
 };
 use softdock_kernels::params::Params;
 use softdock_kernels::plant::{PointSource, part_points};
-use softdock_kernels::range::{LENGTH, Range, SPEED};
+use softdock_kernels::range::{LENGTH, MOST_HOOKS, Range, SPEED};
 use softdock_kernels::vector::vec3;
 use std::collections::BTreeSet;
 
@@ -393,13 +393,46 @@ fn solid(c: &mut Checker, table: &SolidTable) -> Solid {
 
 fn latch(c: &mut Checker, table: &LatchTable, p: &mut Params<f64>) -> Latch {
     c.take(table.parameters(0), p);
+    latch_hooks(c, table, p);
     Latch {
+        hooks: table
+            .hook
+            .iter()
+            .map(|hook| Hook {
+                point: c.vector(&hook.point, "m", Range::size(LENGTH)),
+                seat: c.vector(&hook.seat, "m", Range::size(LENGTH)),
+            })
+            .collect(),
+        hook_reach: c.number_or(&table.hook_reach, 0.0, "m", GATE_SIZE),
         point: c.vector(&table.point, "m", Range::size(LENGTH)),
         seat: c.vector(&table.seat, "m", Range::size(LENGTH)),
         depth: c.number(&table.depth, "m", GATE_SIZE),
         offset: c.number(&table.offset, "m", GATE_SIZE),
         angle: c.number(&table.angle, "rad", GATE_ANGLE),
         speed: c.number(&table.speed, "m/s", Range::above(0.0, SPEED)),
+    }
+}
+
+/// Number of the hook that fails, and keys that are missing or have no effect.
+fn latch_hooks(c: &mut Checker, table: &LatchTable, p: &mut Params<f64>) {
+    let count = table.hook.len();
+    if count > MOST_HOOKS {
+        c.refuse(&table.hook[0].point.span, format!("{count} hooks"), format!("write {MOST_HOOKS} at most"));
+    }
+    if let (0, Some(written)) = (count, table.hook_reach.as_ref().or(table.failed.as_ref())) {
+        c.refuse(&written.span, "this does nothing: the latch has no hooks", "add latch.hook, or remove it");
+    }
+    if count > 0 && table.hook_reach.is_none() {
+        let remedy = "add hook_reach = \"10 mm\" to [latch]";
+        c.refuse(&table.hook[0].point.span, "`hook_reach` is missing: how near its seat a hook closes", remedy);
+    }
+    p.latch_failed = c.number_or(&table.failed, 0.0, "1", Range::within(0.0, count as f64));
+    if let Some(written) = table.failed.as_ref().filter(|_| p.latch_failed.fract() != 0.0) {
+        c.refuse(
+            &written.span,
+            format!("{} is no number of a hook", p.latch_failed),
+            format!("write 0 (all work) to {count}"),
+        );
     }
 }
 

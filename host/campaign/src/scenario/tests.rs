@@ -357,6 +357,65 @@ fn thrusters_are_read_and_those_that_do_nothing_are_refused() {
     assert!(problems.to_string().contains("a held base has nothing to turn"), "{problems}");
 }
 
+const RING: &str = "[soft_capture]\nmass = \"20 kg\"\ninertia = { ixx = \"2 kg m^2\", iyy = \"1.2 kg m^2\", izz = \"1.2 kg m^2\" }\n\
+                    radius = [\"0.3 m\", \"0.4 m\"]\nhalf_angle = [\"10 deg\", \"12 deg\"]\nplace = [\"0 mm\", \"300 mm\"]\n\
+                    turn = \"30 deg\"\nstiffness = \"2 kN/m\"\ndamping = \"80 N s/m\"\nforce_limit = \"300 N\"\nlag = \"4 ms\"\n\
+                    shortening = \"150 mm\"\nlengthening = \"90 mm\"\nstop_stiffness = \"50 kN/m\"\n[part_a]\n";
+
+#[test]
+fn a_capture_ring_is_read_and_one_that_cannot_be_is_refused() {
+    let with = |text: &str| FREE_BODY.replace("[part_a]\n", text);
+    let m = scenario(&with(RING)).unwrap_or_else(|problems| panic!("{problems}")).model;
+    let own = m.ring.expect("a ring");
+    assert_eq!((own.mass, own.stiffness, own.force_limit, own.strokes), (20.0, 2e3, 300.0, [0.15, 0.09]));
+    // The first joint at 30 - 10 degrees from the y axis, that of the mount at 30 - 60 + 12 degrees.
+    let leg = own.legs[0];
+    let at =
+        |x: f64, radius: f64, angle: f64| vec3(x, radius * angle.to_radians().cos(), radius * angle.to_radians().sin());
+    assert!((leg.ring - at(0.0, 0.3, 20.0)).norm() < 1e-12, "{leg:?}");
+    assert!((leg.mount - at(0.3, 0.4, -18.0)).norm() < 1e-12, "{leg:?}");
+    assert_eq!(crate::ring_notes::ring_lines(&m).len(), 3);
+    let cases = [
+        ("shortening = \"150 mm\"", "shortening = \"350 mm\"", "cannot shorten by 350.0 mm"),
+        ("radius = [\"0.3 m\", \"0.4 m\"]", "radius = [\"0.3 m\"]", "radius"),
+        ("half_angle = [\"10 deg\"", "half_angle = [\"70 deg\"", "out of range"),
+        ("mass = \"20 kg\"", "mass = \"0 kg\"", "out of range"),
+        ("ixx = \"2 kg m^2\"", "ixx = \"9 kg m^2\"", "no rigid body has this inertia"),
+        ("stop_stiffness = \"50 kN/m\"", "stop_stiffness = \"1e10 N/m\"", "soft capture ring: stiffness"),
+        ("damping = \"80 N s/m\"", "damping = \"1e5 N s/m\"", "soft capture ring: damping"),
+        ("[part_a]\n", "[orbit]\nrate = \"1e-3 rad/s\"\n[part_a]\n", "relative gravity does not act"),
+    ];
+    for (old, new, what) in cases {
+        let problems = scenario(&with(&RING.replace(old, new))).expect_err(new);
+        assert!(problems.to_string().contains(what), "{new}: {problems}");
+    }
+}
+
+const LATCH: &str = "[latch]\npoint = [\"0 m\", \"0 m\", \"0 m\"]\nseat = [\"0 m\", \"0 m\", \"0 m\"]\ndepth = \"5 mm\"\n\
+                     offset = \"5 mm\"\nangle = \"2 deg\"\nspeed = \"0.1 m/s\"\nstiffness = \"1 kN/m\"\ndamping = \"10 N s/m\"\n\
+                     rotation_stiffness = \"0 N m/rad\"\nrotation_damping = \"0 N m s/rad\"\n";
+
+#[test]
+fn hooks_of_a_latch_are_read_and_keys_without_hooks_are_refused() {
+    let hook = "{ point = [\"0 m\", \"0.1 m\", \"0 m\"], seat = [\"0 m\", \"0.1 m\", \"0 m\"] }";
+    let with = |lines: &str| FREE_BODY.replace("[part_a]\n", &format!("{LATCH}{lines}\n[part_a]\n"));
+    let own = scenario(&with(&format!("hook = [{hook}, {hook}]\nhook_reach = \"4 mm\"\nfailed = 2")));
+    let m = own.unwrap_or_else(|problems| panic!("{problems}")).model;
+    let latch = m.contact.latch.expect("a latch");
+    assert_eq!((latch.hooks.len(), latch.hook_reach, m.nominal.latch_failed), (2, 4e-3, 2.0));
+    let cases = [
+        ("hook_reach = \"4 mm\"".to_owned(), "the latch has no hooks"),
+        ("failed = 0".to_owned(), "the latch has no hooks"),
+        (format!("hook = [{hook}]"), "`hook_reach` is missing"),
+        (format!("hook = [{hook}]\nhook_reach = \"4 mm\"\nfailed = 2"), "out of range"),
+        (format!("hook = [{hook}]\nhook_reach = \"4 mm\"\nfailed = 0.5"), "is no number of a hook"),
+    ];
+    for (lines, what) in cases {
+        let problems = scenario(&with(&lines)).expect_err(what);
+        assert!(problems.to_string().contains(what), "{lines}: {problems}");
+    }
+}
+
 /// A mast that slides along x with a boom that turns about z; on the mast an antenna that turns, on the root another one.
 const MAST: &str = r#"<robot name="mast"><link name="root"/>
   <joint name="mast" type="prismatic"><axis xyz="1 0 0"/><parent link="root"/><child link="m"/>

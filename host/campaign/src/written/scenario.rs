@@ -34,6 +34,8 @@ pub(crate) struct ScenarioFile {
     pub(crate) part_b: PartBTable,
     /// How the parts push.
     pub(crate) contact: At<ContactTable>,
+    /// Soft capture ring between part B and the target; without it part B is fixed to the target.
+    pub(crate) soft_capture: Option<At<SoftCaptureTable>>,
     /// The capture latch, if there is one.
     pub(crate) latch: Option<LatchTable>,
     /// Motion at the start.
@@ -555,6 +557,50 @@ law_tables! {
     }
 }
 
+/// A ring that part B rides on, and the six legs of a Stewart mechanism between ring and target.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct SoftCaptureTable {
+    /// Mass of the ring with all that moves with it; no part of the target's mass.
+    pub(crate) mass: Quantity,
+    /// Its inertia about its centre of mass, part B's axes.
+    pub(crate) inertia: At<InertiaTable>,
+    /// Its centre of mass in part B's frame; default the origin.
+    pub(crate) centre: Option<Quantities>,
+    /// Radius of the legs' joints on the ring, then of those on the mount, about part B's x axis.
+    pub(crate) radius: Quantities,
+    /// Half the angle between the two joints of a pair on the ring, then on the mount.
+    pub(crate) half_angle: Quantities,
+    /// Place of the joints along part B's x axis on the ring, then on the mount, at the start.
+    pub(crate) place: Quantities,
+    /// Angle of the ring's first pair of joints from part B's y axis; default 0.
+    pub(crate) turn: Option<Quantity>,
+    /// Commanded force of a leg per shortening.
+    pub(crate) stiffness: Quantity,
+    /// Commanded force of a leg per rate of shortening.
+    pub(crate) damping: Quantity,
+    /// Greatest commanded force of a leg; default none.
+    pub(crate) force_limit: Option<Quantity>,
+    /// Time constant with which a leg's force follows its command; default at once.
+    pub(crate) lag: Option<Quantity>,
+    /// Shortening of a leg from the start at which it meets its stop.
+    pub(crate) shortening: Quantity,
+    /// Lengthening of a leg from the start at which it meets its stop.
+    pub(crate) lengthening: Quantity,
+    /// Stiffness of the stops.
+    pub(crate) stop_stiffness: Quantity,
+}
+
+/// One of several latches that close and hold together.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct HookTable {
+    /// Its point in part A's frame.
+    pub(crate) point: Quantities,
+    /// Its seat in part B's frame.
+    pub(crate) seat: Quantities,
+}
+
 file_table! {
     /// Gate and hold of the capture latch.
     LatchTable of Params {
@@ -578,6 +624,14 @@ file_table! {
         rotation_stiffness: Quantity => latch_rotation_stiffness,
         /// Rotational damping of the closed latch.
         rotation_damping: Quantity => latch_rotation_damping,
+        /// Latches at places of their own, each with the translational stiffness and damping; they close at the same time, when
+        /// each that works is within `hook_reach` of its seat. Default one latch at `point`.
+        #[serde(default)]
+        hook: Vec<HookTable>,
+        /// Greatest distance of a hook from its seat at which it closes.
+        hook_reach: Option<Quantity>,
+        /// Number of the hook that neither closes nor holds; default 0: all work. Dispersed as `latch_failed`.
+        failed: Option<Quantity>,
     }
 
     /// Motion at the start; vectors in the contact frame.

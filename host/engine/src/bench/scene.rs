@@ -40,6 +40,7 @@ pub fn scene(substep: f64, substeps: u32, ticks: u32) -> Plant {
         target_inertia: Sym3::diagonal(vec3(300.0, 350.0, 400.0)),
         target_pose: Pose { position: vec3(1.2, 0.0, 0.0), attitude: Quat::identity() },
         seat: Pose { position: vec3(-1.0, 0.0, 0.0), attitude: Quat::identity() },
+        ring: None,
         held: Held::NONE,
         contact: drogue(),
         guidance: Guidance {
