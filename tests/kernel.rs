@@ -25,6 +25,7 @@ fn the_emitted_structs_are_the_field_tables() {
         "probe_drogue.toml",
         "berth.toml",
         "insert.toml",
+        "jamming.toml",
         "servo.toml",
         "grapple.toml",
         "adapter_ring.toml",

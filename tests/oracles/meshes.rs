@@ -1,5 +1,8 @@
 //! Meshes against exact solids and against the law of a bedding: force, moment, ripple, refused surfaces.
 
+use super::bench::{job, numbered, run};
+use crate::gpu::gpu;
+use softdock_engine::Engine;
 use softdock_kernels::contact::distance::union_distance;
 use softdock_kernels::contact::mesh::Mesh;
 use softdock_kernels::contact::space_pairs;
@@ -371,6 +374,41 @@ fn slow_slide_across_cells_has_a_ripple_below_a_hundredth() {
         let square = forces.iter().map(|force| (force - mean).powi(2)).sum::<f64>() / forces.len() as f64;
         assert!(square.sqrt() < 0.01 * mean, "{} N around {mean} N", square.sqrt());
         assert!((mean / (STIFFNESS * 1e-3) - 1.0).abs() < 0.02, "{mean} N");
+    }
+}
+
+/// The same in runs on lanes and on a GPU: one for each place of the path, of bodies too heavy to move.
+#[test]
+fn slow_press_over_cells_has_a_ripple_below_a_hundredth_on_lanes_and_on_a_gpu() {
+    let case = cases().swap_remove(2);
+    let timing = Timing { substep: 1e-4, substeps: 1, max_ticks: 2 };
+    let mut model = Model::two_bodies(timing, 0.0);
+    let of = |shape| vec![Solid { frame: Pose::identity(), shape }];
+    let grid = mesh_of(&case.triangles, CELLS, case.margin, 0);
+    (model.contact.a.points, model.contact.a.solids, model.contact.b.solids) = (Vec::new(), of(case.part), of(grid));
+    let (radius, angle) = (0.02, f64::atan2(0.03, 0.06));
+    let press = |along: f64, around: f64| {
+        let outwards = vec3(0.0, around.cos(), around.sin());
+        let inwards = vec3(-angle.sin(), 0.0, 0.0) - outwards * angle.cos();
+        let surface = vec3(along, 0.0, 0.0) + outwards * (0.06 - 0.5 * along);
+        let offset = surface + inwards * (radius - 1e-3);
+        let drift = vec3(0.0, -around.sin(), around.cos()) * 1e-3;
+        Params { offset, drift, base_mass: 1e9, target_mass: 1e9, contact_stiffness: STIFFNESS, ..Params::null() }
+    };
+    // 10 mm down the side, then 10 mm around, 0.05 mm (50 ms at 1 mm/s) apart.
+    let steps = || (0..200).map(|step| 5e-5 * f64::from(step));
+    let down = steps().map(|way| press(0.02 + way * angle.cos(), 0.4));
+    let runs: Vec<_> = down.chain(steps().map(|way| press(0.03, 0.4 + way / 0.045))).collect();
+    let (job, inputs) = (job(model.clone(), &runs), numbered(&runs));
+    let single = gpu().run(&job, &inputs, &|_| true).expect("the batch ends");
+    for rows in [run(model, &runs), single] {
+        for path in rows.chunks(200) {
+            let forces: Vec<f64> = path.iter().map(|row| row.space.peak_contact_force).collect();
+            let mean = forces.iter().sum::<f64>() / forces.len() as f64;
+            let square = forces.iter().map(|force| (force - mean).powi(2)).sum::<f64>() / forces.len() as f64;
+            assert!(square.sqrt() < 0.01 * mean, "{} N around {mean} N", square.sqrt());
+            assert!((mean / (STIFFNESS * 1e-3) - 1.0).abs() < 0.02, "{mean} N");
+        }
     }
 }
 

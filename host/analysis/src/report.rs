@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use minijinja::value::Serde;
 use serde::Serialize;
+use softdock_campaign::outcome_map::OutcomeMap;
 use softdock_results::write_file;
 
 use crate::Result;
@@ -14,6 +15,7 @@ use crate::plots::Drawing;
 use crate::plots::energy::energy_figure;
 use crate::plots::force::force_figures;
 use crate::plots::margin::margin_figures;
+use crate::plots::outcomes::{OutcomeFigures, outcome_figures};
 use crate::plots::sample::{CONSERVED, Sample};
 use crate::plots::success::success_figure;
 use crate::plots::tracking::{TrackingRow, tracking_figures, tracking_rows};
@@ -52,6 +54,8 @@ pub struct ReportInput<'a> {
     pub campaign: CampaignFacts<'a>,
     /// The content of the results folder.
     pub content: &'a Content,
+    /// Maps of outcomes.
+    pub outcome_maps: &'a [OutcomeMap],
     /// One row per dispersed parameter.
     pub dispersions: Vec<ReportedDispersion>,
     /// Configuration: scenario, model, step sizes, hashes.
@@ -86,6 +90,7 @@ struct Page<'a> {
     reading: Vec<String>,
     requirement_figures: Vec<RequirementFigures>,
     success: Vec<Drawing>,
+    outcome_maps: Vec<OutcomeFigures>,
     energy: Option<Drawing>,
     forces: Vec<Drawing>,
     tracking: Vec<TrackingRow>,
@@ -135,7 +140,7 @@ pub fn report_page(input: &ReportInput, summary: &Summary) -> Result<String> {
     let columns: Vec<String> = input.dispersions.iter().map(|dispersion| dispersion.column.clone()).collect();
     let sample = match summary.completeness.runs_done {
         0 => Sample::default(),
-        _ => Sample::read(input.content, &input.campaign, &columns)?,
+        _ => Sample::read(input.content, &input.campaign, &columns, !input.outcome_maps.is_empty())?,
     };
     let mut success = Vec::new();
     for column in &sample.inputs {
@@ -148,6 +153,7 @@ pub fn report_page(input: &ReportInput, summary: &Summary) -> Result<String> {
         reading: agreement_reading(summary),
         requirement_figures: requirement_figures(input, summary, &sample)?,
         success,
+        outcome_maps: input.outcome_maps.iter().map(|map| outcome_figures(&sample, map)).collect::<Result<_>>()?,
         energy: energy_figure(&sample)?,
         forces: force_figures(&input.content.traces.kept, input.campaign.requirements)?,
         tracking: tracking_rows(&sample),

@@ -29,6 +29,7 @@ fn input<'a>(content: &'a Content, requirements: &'a [Requirement], runs: u64) -
         rules: vec!["energy injected by the facility above 30 J".to_owned()],
         campaign: facts(requirements, runs),
         content,
+        outcome_maps: &[],
         dispersions: vec![
             dispersion("in_closing_speed_m_per_s", "uniform 0.02 m/s to 0.08 m/s", "aleatory", "IDSS-like"),
             dispersion("in_loop_delay_s", "uniform 4 ms to 40 ms", "epistemic", "facility log"),

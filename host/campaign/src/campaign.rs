@@ -7,6 +7,7 @@ use crate::derived::{self, Derived};
 use crate::dispersion::{Correlation, Dispersion};
 use crate::expression::Bounds;
 use crate::metric::CustomMetric;
+use crate::outcome_map::OutcomeMap;
 use crate::ranges::MOST_RUNS;
 use crate::requirement::{AgreementRequirement, Requirement};
 use crate::scenario::Scenario;
@@ -156,6 +157,8 @@ pub struct Campaign {
     pub variants: Vec<Variant>,
     /// How they are compared.
     pub comparison: Comparison,
+    /// Maps of the runs' outcomes.
+    pub outcome_maps: Vec<OutcomeMap>,
     /// What is drawn besides the parameters.
     pub(crate) extras: Vec<Extra>,
     /// Parameters of the scenario with each of its dispersed keys at its ends.

@@ -134,7 +134,7 @@ fn along(c: &mut Checker, table: &CompareTable, axes: &Axes) -> Option<Bands> {
 }
 
 /// So many bands of a dispersed parameter, even on the scale on which it is drawn.
-fn bands(c: &mut Checker, name: &At<String>, count: usize, axes: &Axes) -> Option<Bands> {
+pub(crate) fn bands(c: &mut Checker, name: &At<String>, count: usize, axes: &Axes) -> Option<Bands> {
     let dispersed: Vec<&Dispersion> = axes.dispersions.iter().filter(|d| d.field < axes.parameters).collect();
     let Some(found) = dispersed.iter().find(|dispersion| dispersion.name == name.value) else {
         let names: Vec<&str> = dispersed.iter().map(|dispersion| dispersion.name.as_str()).collect();
@@ -186,7 +186,7 @@ fn cell_maps(c: &mut Checker, table: &MapTable, axes: &Axes) -> Option<Vec<CellM
         c.refuse(&name.span, "this names a line that is not there", "add line = \"...\", y as an expression of x");
     }
     let line_name = table.line_name.as_ref().map_or(String::new(), |name| name.value.clone());
-    let line = line(c, table, axes.fields);
+    let line = table.line.as_ref().and_then(|written| line(c, written, axes.fields));
     let slices = slices(c, table, axes)?;
     let map = |slice: Option<Bands>| {
         let line = line.as_ref().map_or(Vec::new(), |line| line_points(line, &x, slice.as_ref(), axes));
@@ -213,8 +213,8 @@ fn slices(c: &mut Checker, table: &MapTable, axes: &Axes) -> Option<Vec<Option<B
     Some(whole.edges.windows(2).map(slice).collect())
 }
 
-fn line(c: &mut Checker, table: &MapTable, fields: &[Field]) -> Option<Expression> {
-    let written = table.line.as_ref()?;
+/// A line as written: y in SI units over the campaign's parameters.
+pub(crate) fn line(c: &mut Checker, written: &At<String>, fields: &[Field]) -> Option<Expression> {
     let names: Vec<&str> = fields.iter().map(|field| field.name.as_str()).collect();
     let parsed = expression::parse(&written.value, &names);
     parsed
@@ -226,7 +226,7 @@ fn line(c: &mut Checker, table: &MapTable, fields: &[Field]) -> Option<Expressio
 }
 
 /// The line over the map's x axis, in the middle of its slice; all other parameters have their undispersed values.
-fn line_points(line: &Expression, x: &Bands, slice: Option<&Bands>, axes: &Axes) -> Vec<(f64, f64)> {
+pub(crate) fn line_points(line: &Expression, x: &Bands, slice: Option<&Bands>, axes: &Axes) -> Vec<(f64, f64)> {
     let place = |bands: &Bands| axes.fields.iter().position(|field| field.name == bands.field.name).expect("a field");
     let mut values = axes.undispersed.clone();
     if let Some(slice) = slice {

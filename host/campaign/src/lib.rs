@@ -32,6 +32,7 @@ pub mod metric;
 mod mobility;
 mod mount;
 mod no_effect;
+pub mod outcome_map;
 pub mod overlap;
 mod placement;
 mod problem;

@@ -10,6 +10,7 @@ use crate::identified::IdentifiedEffect;
 use crate::kept;
 use crate::metric;
 use crate::no_effect::{self, IneffectiveKey};
+use crate::outcome_map;
 use crate::problem::Problems;
 use crate::ranges::MOST_RUNS;
 use crate::read;
@@ -179,6 +180,7 @@ fn check(c: &mut Checker, file: &CampaignFile, scenario: Scenario) -> Campaign {
         derived,
         variants: Vec::new(),
         comparison: Comparison::default(),
+        outcome_maps: Vec::new(),
         cases: None,
         extras,
         key_ends: Vec::new(),
@@ -197,7 +199,8 @@ fn check(c: &mut Checker, file: &CampaignFile, scenario: Scenario) -> Campaign {
         undispersed: campaign.undispersed(),
     };
     let comparison = compare::read(c, file, &axes);
-    Campaign { comparison, ..campaign }
+    let outcome_maps = outcome_map::read(c, file, &axes);
+    Campaign { comparison, outcome_maps, ..campaign }
 }
 
 fn execution(c: &mut Checker, table: &ExecutionTable) -> Execution {

@@ -77,6 +77,8 @@ fn shipped_campaigns_are_valid_and_described() {
         ("probe_drogue.toml", 2000),
         ("berth.toml", 400),
         ("insert.toml", 200),
+        ("jamming.toml", 400),
+        ("wedging.toml", 400),
         ("servo.toml", 200),
         ("grapple.toml", 200),
         ("adapter_ring.toml", 200),

@@ -33,7 +33,7 @@ pub(crate) struct JudgedFiles<'a> {
 }
 
 /// Tables and keys of a campaign file by which runs are judged or reported; no run depends on them.
-const JUDGED: [&str; 6] = ["title", "requirement", "metric", "compare", "traces", "contact_events"];
+const JUDGED: [&str; 7] = ["title", "requirement", "metric", "compare", "outcome_map", "traces", "contact_events"];
 
 impl FileChange {
     /// Returns whether the change affects only judgement and report, not the runs.

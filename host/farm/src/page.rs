@@ -27,6 +27,7 @@ fn input<'a>(folder: &'a ResultsFolder, content: &'a Content, summary: &Summary)
     ReportInput {
         campaign: folder.facts(),
         content,
+        outcome_maps: &folder.campaign.outcome_maps,
         dispersions: dispersions(&folder.campaign),
         configuration: configuration(&folder.campaign, summary),
         commands: commands(folder),

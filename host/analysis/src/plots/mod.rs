@@ -9,6 +9,7 @@ pub mod figure;
 pub(crate) mod force;
 pub(crate) mod map;
 pub(crate) mod margin;
+pub(crate) mod outcomes;
 pub(crate) mod sample;
 pub(crate) mod scene;
 pub(crate) mod success;

@@ -46,6 +46,8 @@ pub(crate) struct Sample {
     pub(crate) agreement: Vec<Agreement>,
     /// Task success: space, facility; an aborted session and an invalid run have none.
     pub(crate) success: [Vec<bool>; 2],
+    /// Cause of each kept run that does not pass: space, facility; read only for maps of outcomes.
+    pub(crate) causes: [Vec<String>; 2],
     /// Per requirement: space, facility.
     pub(crate) margins: Vec<[Vec<Option<f64>>; 2]>,
     pub(crate) inputs: Vec<Input>,
@@ -58,8 +60,8 @@ pub(crate) struct Sample {
 }
 
 impl Sample {
-    /// Reads the runs of a campaign; `inputs` are column names.
-    pub(crate) fn read(content: &Content, facts: &CampaignFacts, inputs: &[String]) -> Result<Self> {
+    /// Reads the runs of a campaign; `inputs` are column names, and `causes` asks for the causes of runs that do not pass.
+    pub(crate) fn read(content: &Content, facts: &CampaignFacts, inputs: &[String], causes: bool) -> Result<Self> {
         let (index, results) = (&content.shards, content.results.as_path());
         let described = index.columns()?;
         let input = |name: &String| {
@@ -81,8 +83,8 @@ impl Sample {
             inputs: inputs.iter().map(input).collect::<Result<_>>()?,
             ..Self::default()
         };
-        for batch in index.read_columns(&columns(facts, inputs)) {
-            sample.add(&batch?, facts).map_err(|error| AnalysisError::of_column(results, &error))?;
+        for batch in index.read_columns(&columns(facts, inputs, causes)) {
+            sample.add(&batch?, facts, causes).map_err(|error| AnalysisError::of_column(results, &error))?;
         }
         Ok(sample)
     }
@@ -93,7 +95,7 @@ impl Sample {
     }
 
     /// Adds a batch.
-    fn add(&mut self, table: &Table, facts: &CampaignFacts) -> std::result::Result<(), ColumnError> {
+    fn add(&mut self, table: &Table, facts: &CampaignFacts, causes: bool) -> std::result::Result<(), ColumnError> {
         let run = table.get(&RUN)?;
         let kept: Vec<usize> = (0..table.rows()).filter(|row| run[*row].is_multiple_of(self.stride)).collect();
         let agreement = table.get(&AGREEMENT)?;
@@ -101,6 +103,10 @@ impl Sample {
         for (side, success) in Loop::BOTH.into_iter().zip(&mut self.success) {
             let outcomes = table.get(&side.outcome())?;
             success.extend(kept.iter().map(|row| outcomes.at(*row) == Outcome::Pass));
+        }
+        for (side, kept_causes) in Loop::BOTH.into_iter().zip(&mut self.causes).filter(|_| causes) {
+            let found = table.get(&side.cause())?;
+            kept_causes.extend(kept.iter().map(|row| found.at(*row).to_owned()));
         }
         for (requirement, margins) in facts.requirements.iter().zip(&mut self.margins) {
             for (side, margins) in Loop::BOTH.into_iter().zip(margins) {
@@ -144,9 +150,12 @@ fn conserved() -> impl Iterator<Item = ColumnHandle<f64>> {
 }
 
 /// Names of all columns that are read.
-fn columns(facts: &CampaignFacts, inputs: &[String]) -> Vec<String> {
+fn columns(facts: &CampaignFacts, inputs: &[String], causes: bool) -> Vec<String> {
     let mut names = vec![RUN.name().to_owned(), AGREEMENT.name().to_owned()];
     names.extend(Loop::BOTH.map(|side| side.outcome().into_name()));
+    if causes {
+        names.extend(Loop::BOTH.map(|side| side.cause().into_name()));
+    }
     let numbers = [delay(), injected_energy()].into_iter().chain(conserved()).chain(tracking());
     names.extend(numbers.map(ColumnHandle::into_name));
     for requirement in facts.requirements {

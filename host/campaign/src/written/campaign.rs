@@ -50,11 +50,40 @@ pub(crate) struct CampaignFile {
     pub(crate) variant: Vec<VariantTable>,
     /// How the variants are compared.
     pub(crate) compare: Option<At<CompareTable>>,
+    /// Maps of the runs' outcomes, for the report.
+    #[serde(default)]
+    pub(crate) outcome_map: Vec<OutcomeMapTable>,
     /// Time histories to keep.
     #[serde(default)]
     pub(crate) traces: TracesTable,
     /// Contact events to keep, one row each; without it none.
     pub(crate) contact_events: Option<ContactEventsTable>,
+}
+
+/// A map over two dispersed parameters: a dot for each run, coloured by its outcome and cause.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct OutcomeMapTable {
+    /// What the map shows.
+    pub(crate) title: At<String>,
+    /// Dispersed parameter along the horizontal axis.
+    pub(crate) x: At<String>,
+    /// Dispersed parameter along the vertical axis.
+    pub(crate) y: At<String>,
+    /// Lines over the dots, a closed form for example.
+    #[serde(default)]
+    pub(crate) line: Vec<MapLineTable>,
+}
+
+/// A line over a map of outcomes.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct MapLineTable {
+    /// What the line is.
+    pub(crate) name: At<String>,
+    /// The value of y in SI units, as an expression of parameters; parameters that are not on the horizontal axis have their
+    /// undispersed values.
+    pub(crate) expr: At<String>,
 }
 
 /// How the runs are executed.
