@@ -3,11 +3,11 @@
 use crate::chain::Chain;
 use crate::contact::NEAR_MIDDLE;
 use crate::contact::features::{Feature, features};
-use crate::contact::mesh::{Ball, SHELL_WORDS, ShellPoint};
 use crate::contact::profile::Surface;
 use crate::effects::EffectSet;
 use crate::manipulator::cell::{Cell, Misplaced};
 use crate::material::{NormalLaw, Pair};
+use crate::mesh::{Ball, SHELL_WORDS, ShellPoint};
 use crate::model::{Contact, ContactPoint, JointLevel, MaterialPair, Members, Model, PartShape, Shape, Side, Solid};
 use crate::robot::{command, robots_at};
 use crate::session::{SessionRobot, Workspace};

@@ -4,7 +4,6 @@
 use crate::arm_motion::{self, ArmMotion};
 use crate::capture_ring::{self, Ring};
 use crate::compensator::{self, Compensation};
-use crate::contact::mesh::ShellPoint;
 use crate::contact::shell::{self, Relative, ShellTouch};
 use crate::contact::{self, LatchState, Point, PointContact, PointState};
 use crate::fields::{Bundle, Field, bundle_name, fields};
@@ -16,6 +15,7 @@ use crate::joint_level;
 use crate::load::{self, Load};
 use crate::manipulator::cell::{self, Drives, SetPoint};
 use crate::material::Pair;
+use crate::mesh::ShellPoint;
 use crate::metrics::Metrics;
 use crate::monitor::{self, Touch, Watch};
 use crate::noise::{self, Normals};

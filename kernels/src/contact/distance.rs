@@ -1,8 +1,8 @@
 //! Signed distances of a part's solids, exact but for meshes, and of their union, with the direction out of the material.
 
-use crate::contact::mesh::Grid;
 use crate::contact::profile::{Profile, Surface};
-use crate::model::ENDLESS;
+use crate::contact_parts::ENDLESS;
+use crate::mesh::Grid;
 use crate::plant::PreparedSolid;
 use crate::real::Real;
 use crate::vector::{Vec3, vec3};

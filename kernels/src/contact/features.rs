@@ -1,6 +1,6 @@
 //! Contact points that a solid has by its shape: spheres that cover it where it is convex.
 
-use crate::model::{ContactPoint, Shape};
+use crate::contact_parts::{ContactPoint, Shape};
 use crate::vector::{Vec3, vec3};
 use std::f64::consts::TAU;
 

@@ -2,7 +2,7 @@
 
 use crate::contact::distance::solid_distance;
 use crate::contact::profile::Surface;
-use crate::model::{ContactPoint, Side};
+use crate::contact_parts::{ContactPoint, Side};
 use crate::params::Params;
 use crate::plant::{Plant, PointSource, PreparedSolid};
 use crate::space::{Parts, kinematics, space_masses};

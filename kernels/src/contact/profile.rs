@@ -1,7 +1,7 @@
 //! Outlines of bodies of revolution: exact signed distance to a polyline in the half plane (axis, radius).
 
-use crate::contact::mesh::Grid;
-use crate::model::Shape;
+use crate::contact_parts::Shape;
+use crate::mesh::Grid;
 use crate::real::Real;
 use crate::vector::Vec3;
 
