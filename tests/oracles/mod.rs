@@ -30,4 +30,6 @@ mod scenes;
 mod shapes;
 mod sliding;
 mod stability;
+mod thread;
 mod thrusters;
+mod torsion;
