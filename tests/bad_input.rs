@@ -193,6 +193,8 @@ const VARIANTS: &[Case] = &[
     campaign("[traces]", "[[variant]]\ntitle = \"v\"\n[traces]", 55, "variant[1].name", "this key must be there", "add name"),
     campaign("[traces]", "[[variant]]\nname = \"v\"\n[[variant.derived]]\ntarget = \"rail_lag\"\nexpr = \"loop_delay\"\n[traces]", 59, "variant[1].derived[1].expr", "`rail_lag` does nothing here: the facility has no rail", "add a table [facility.rail]"),
     campaign("[traces]", "[compare]\ntrust = 0.1\n[traces]", 55, "compare", "there is nothing to compare", "add a [[variant]]"),
+    campaign("[outer]\ndraws = 4", "[outer]\ndraws = 4\n[[outcome_map]]\ntitle = \"t\"\nx = \"loop_dely\"\ny = \"target_mass\"", 47, "outcome_map[1].x", "`loop_dely` is not dispersed", "did you mean `loop_delay`?"),
+    campaign("[outer]\ndraws = 4", "[outer]\ndraws = 4\n[[outcome_map]]\ntitle = \"t\"\nx = \"loop_delay\"\ny = \"target_mass\"\nline = [{ name = \"l\", expr = \"loop_dely\" }]", 49, "outcome_map[1].line[1].expr", "no parameter `loop_dely`", "did you mean `loop_delay`?"),
     campaign("[traces]", compared!("along = \"loop_dely\""), 58, "compare.along", "`loop_dely` is not dispersed", "did you mean `loop_delay`?"),
     campaign("[traces]", compared!("along = \"loop_delay\"\nedges = [\"2 ms\", \"1 ms\"]"), 59, "compare.edges", "these are no ends of bands", "each above the one before"),
     campaign("[traces]", compared!("metrics = [\"created_enery\"]"), 58, "compare.metrics[1]", "no metric `created_enery`", "did you mean `injected_energy`?"),

@@ -54,6 +54,8 @@ pub struct Contact {
     pub law: NormalLaw,
     /// Points and solids with properties of their own. No point and solid are together in two of them.
     pub pairs: Vec<MaterialPair>,
+    /// Radius of the contact patch of their points, for friction against spinning; 0 = none \[m\].
+    pub patch_radius: f64,
     /// The contact may pull and never opens (the linear oracles only).
     pub bilateral: bool,
     /// The capture latch, if there is one.
@@ -101,6 +103,8 @@ pub struct MaterialPair {
     pub law: NormalLaw,
     /// Its nominal properties.
     pub properties: Pair<f64>,
+    /// Radius of the contact patch of its points, for friction against spinning; 0 = none \[m\].
+    pub patch_radius: f64,
 }
 
 impl MaterialPair {

@@ -126,6 +126,7 @@ impl Model {
                 },
                 law: NormalLaw::Linear,
                 pairs: Vec::new(),
+                patch_radius: 0.0,
                 bilateral: false,
                 latch: None,
                 fingers: Vec::new(),

@@ -69,6 +69,8 @@ pub struct ContactPair {
     pub law: NormalLaw,
     /// Its properties; none for those of the run's parameters.
     pub properties: Option<Pair<f64>>,
+    /// Radius of the contact patch of its points; 0 = no friction against spinning \[m\].
+    pub patch_radius: f64,
     /// The part with the points.
     pub points_of: Side,
     /// Whether its points have a share of the stiffness.
@@ -352,6 +354,7 @@ impl PairKey {
         ContactPair {
             law: row.map_or(model.contact.law, |row| row.law),
             properties: row.map(|row| row.properties),
+            patch_radius: row.map_or(model.contact.patch_radius, |row| row.patch_radius),
             points_of: self.side,
             shares: self.shares,
             has_mesh: solids.iter().any(|own| matches!(own.surface, Surface::Mesh(_))),

@@ -157,6 +157,7 @@ fn impulses_of_all_events_are_the_change_of_momentum() {
             stribeck_speed: 0.01,
             ..filled(0.0)
         },
+        patch_radius: 0.0,
     };
     let mut model = two_bodies(1e-4, 1.2, 0.01);
     let side = ContactPoint { position: vec3(-0.05, 0.06, 0.01), radius: 0.01 };

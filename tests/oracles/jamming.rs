@@ -127,18 +127,14 @@ fn on_both(model: Model, runs: &[Params<f64>]) -> [Vec<Finished>; 2] {
 /// Pushed at its centre of mass: the field gives the force, the place of the centre the moment. The friction differs.
 #[test]
 fn peg_jams_as_in_the_diagram_on_lanes_and_on_a_gpu() {
-    let edges = [[0.0, LAMBDA], [0.5, -LAMBDA - FRICTION * (1.0 + LAMBDA) * 0.5]];
     let [first, second, third, fourth] = vertices();
-    for [lateral, moment] in softdock_test_size::first(2, [first, edges[0], second, third, fourth, edges[1]]) {
+    for [lateral, moment] in softdock_test_size::first(1, [first, second, third, fourth]) {
         let places = [(0.0, RADIUS), (0.0, -RADIUS), (0.02, RADIUS), (0.02, -RADIUS)];
         let Peg { plant, params, .. } = Peg::new(RADIUS + 1e-5, &places);
         let mut model = (*plant).clone();
-        // 10 N on 1 kg. The tip is before or beside the centre of mass, so that the push has a moment about it.
-        let (before, beside) = match lateral {
-            0.0 => (0.0, RADIUS * moment),
-            lateral => (-RADIUS * moment / lateral, 0.0),
-        };
-        (model.tool, model.base_pose) = (at(before, -beside, 0.0), at(0.05 - before, beside, 0.0));
+        // 10 N on 1 kg. The tip is before the centre of mass, so that the push aside has a moment about it.
+        let before = -RADIUS * moment / lateral;
+        (model.tool, model.base_pose) = (at(before, 0.0, 0.0), at(0.05 - before, 0.0, 0.0));
         (model.field, model.base_inertia) = (vec3(10.0, 10.0 * lateral, 0.0), inertia(5e-3, 5e-3, 5e-3));
         model.timing = Timing { substep: 1e-4, substeps: 1, max_ticks: 15_000 };
         let runs = [1.02, 0.98].map(|share| Params { contact_friction: share * FRICTION, ..params });

@@ -31,4 +31,6 @@ mod shapes;
 mod sliding;
 mod stability;
 mod stewart;
+mod thread;
 mod thrusters;
+mod torsion;

@@ -25,7 +25,8 @@ fn members(points: &[usize], solids: &[usize]) -> Members {
 /// A point of part A before the plane, with its own contact law.
 fn with_pair(law: NormalLaw, properties: Pair<f64>) -> Model {
     let mut model = two_bodies(1e-5, 0.3, 1e-4);
-    model.contact.pairs = vec![MaterialPair { a: members(&[0], &[]), b: members(&[], &[0]), law, properties }];
+    model.contact.pairs =
+        vec![MaterialPair { a: members(&[0], &[]), b: members(&[], &[0]), law, properties, patch_radius: 0.0 }];
     model.task.end_after_separation = 2e-3;
     model
 }
@@ -107,6 +108,7 @@ fn each_point_meets_each_solid_under_the_law_of_their_pair() {
         b: members(&[], solids),
         law: NormalLaw::Linear,
         properties: Pair { stiffness, ..pair() },
+        patch_radius: 0.0,
     };
     let mut model = two_bodies(1e-5, 0.3, 1e-4);
     let point = model.contact.a.points[0];

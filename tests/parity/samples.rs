@@ -227,9 +227,10 @@ fn laws() -> Vec<MaterialPair> {
         b: Members { points: Vec::new(), solids: vec![solid] },
         law,
         properties,
+        patch_radius: 0.0,
     };
     vec![
-        of(0, 0, NormalLaw::Rebound { exponent: 1.3, slowest: 2e-3 }, rough),
+        MaterialPair { patch_radius: 0.02, ..of(0, 0, NormalLaw::Rebound { exponent: 1.3, slowest: 2e-3 }, rough) },
         of(1, 0, NormalLaw::Impact { exponent: 1.4, ramp: 4e-3 }, plain),
         of(2, 1, NormalLaw::Stop { stroke: 3e-3, stiffness: 2e5, exponent: 1.2 }, plain),
     ]

@@ -193,6 +193,7 @@ fn contact(m: &Model, extremes: &Extremes, chaser: &Chaser) -> Vec<Spring> {
         b: m.contact.b.members(),
         law: m.contact.law,
         properties: common_pair(&extremes.greatest),
+        patch_radius: m.contact.patch_radius,
     };
     let damping = if m.contact.law.is_viscous() { "contact_damping" } else { "contact_dissipation" };
     let parameters = ["contact_stiffness", damping, "bristle_stiffness", "bristle_damping"].map(Some);

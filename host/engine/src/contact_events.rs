@@ -251,12 +251,15 @@ fn point_touching(
     let (normal, slip) = (other.attitude.rotate_back(contact.normal), other.attitude.rotate_back(velocity));
     let flat = |v: Vec3<f64>| normal.scale_add(-normal.dot(v), v);
     let load = contact.force.abs();
+    // Along the normal the bristle of a patch is its twist, which is no way.
+    let after = contact.state.bristle;
+    let after = if of.patch_radius > 0.0 { flat(after) } else { after };
     Touching {
         members: members(of, point.source, solid),
         wrench: contact.wrench,
         normal_force: contact.force,
         load,
-        slip: load * slid(m, pair, flat, slip, before, contact),
+        slip: load * slid(m, pair, flat, slip, before, after),
         depth: contact.depth,
         most: load,
         normal: contact.normal,
@@ -273,14 +276,10 @@ fn slid(
     flat: impl Fn(Vec3<f64>) -> Vec3<f64>,
     slip: Vec3<f64>,
     before: &PointState<f64>,
-    contact: &PointContact<f64>,
+    after: Vec3<f64>,
 ) -> f64 {
     let moved = flat(slip) * m.timing.substep;
-    if pair.bristle_stiffness > 0.0 {
-        (flat(before.bristle) + moved - contact.state.bristle).norm()
-    } else {
-        moved.norm()
-    }
+    if pair.bristle_stiffness > 0.0 { (flat(before.bristle) + moved - after).norm() } else { moved.norm() }
 }
 
 /// The shell against each of the solids that its points push, as the contact stage has it.
@@ -310,7 +309,7 @@ fn shell_touching(
     }
     let size = trace(&whole.normals);
     let (centre, flat) = (whole.centre * (1.0 / size), |v: Vec3<f64>| v - whole.normals.times(v) * (1.0 / size));
-    let slip = slid(m, pair, flat, motion.velocity + motion.omega.cross(centre), before, contact);
+    let slip = slid(m, pair, flat, motion.velocity + motion.omega.cross(centre), before, contact.state.bristle);
     let (own, other) = of_points(of, parts);
     let axes = other.attitude.matrix();
     let sign = if of.points_of == Side::A { 1.0 } else { -1.0 };

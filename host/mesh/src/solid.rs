@@ -4,7 +4,7 @@ use crate::fault::MeshFault;
 use crate::triangles::Triangles;
 use crate::{of_parry, place, to_parry};
 use parry3d::math::Vector;
-use parry3d::query::{PointQuery, Ray, RayCast};
+use parry3d::query::PointQuery;
 use parry3d::shape::{TriMesh, TriMeshFlags, Triangle};
 use softdock_kernels::vector::{Sym3, Vec3};
 use std::collections::HashMap;
@@ -126,11 +126,25 @@ impl ClosedMesh {
 const REPAIR: &str = "repair the mesh in the CAD program (close holes, merge equal vertices), and export it again";
 
 /// Where an edge of one triangle goes through the other.
+///
+/// Lengths of any size: no bound but zero. An edge along the plane of the other triangle, as flat faces have them, does not go
+/// through it.
 fn crossing(one: &Triangle, two: &Triangle) -> Option<Vector> {
     let through = |edges: &Triangle, face: &Triangle| {
+        let corners = [face.a, face.b, face.c].map(of_parry);
+        let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
         edges.edges().into_iter().find_map(|edge| {
-            let ray = Ray::new(edge.a, edge.b - edge.a);
-            face.cast_local_ray(&ray, 1.0, false).map(|at| ray.point_at(at))
+            let [from, to] = [edge.a, edge.b].map(of_parry);
+            let [before, behind] = [from, to].map(|end| normal.dot(end - corners[0]));
+            if before * behind > 0.0 || before == behind {
+                return None;
+            }
+            let at = (to - from).scale_add(before / (before - behind), from);
+            let is_left = |k: usize| {
+                let side = corners[(k + 1) % 3] - corners[k];
+                side.cross(at - corners[k]).dot(normal) >= 0.0
+            };
+            (0..3).all(is_left).then(|| to_parry(at))
         })
     };
     through(one, two).or_else(|| through(two, one))

@@ -15,6 +15,9 @@ const STRIBECK: EffectId = EffectId::of("K5_stribeck");
 const ANISOTROPY: EffectId = EffectId::of("K6_anisotropy");
 const ADHESION: EffectId = EffectId::of("K8_adhesion");
 
+/// Lever of the friction of a patch of uniform pressure over its radius: the mean distance of its area from its middle.
+const PATCH_LEVER: f64 = 2.0 / 3.0;
+
 /// Speed of approach of a point that comes to touch without one \[m/s\].
 const STANDING: f64 = 1e-9;
 
@@ -29,6 +32,16 @@ impl<R: Real> Law<'_, R> {
     /// Whether a term is there: an effect of the facility may have it, or the material pair has it in both loops.
     fn has(&self, effect: EffectId, own: impl Fn(&Pair<f64>) -> f64) -> bool {
         self.m.effects.has(effect) || self.of.properties.is_some_and(|pair| own(&pair) != 0.0)
+    }
+
+    /// Whether a point has a patch that resists spinning.
+    pub(super) fn has_patch(&self) -> bool {
+        self.of.patch_radius > 0.0
+    }
+
+    /// Moment of a spinning patch over its friction force, and sliding speed over its spin \[m\]: 2/3 of the radius.
+    pub(super) fn patch_lever(&self) -> f64 {
+        PATCH_LEVER * self.of.patch_radius
     }
 
     /// Speed of approach at the touch, after a substep; 0 when apart.
@@ -106,6 +119,9 @@ impl<R: Real> Law<'_, R> {
     /// Within the cut the deflection is a state of rest, so that a block on an incline stands: true stiction.
     /// All vectors in the axes of the part with the solids, so that the bristle turns with the surface. Gives the force against the slip and the
     /// bristle after the substep.
+    ///
+    /// With a patch the slip's part along the normal is the spin times [`Law::patch_lever`], and so are those of bristle and
+    /// force: sliding and spinning share the friction mu N of an ellipsoid (Howe and Cutkosky 1996).
     #[inline(always)]
     pub(super) fn friction(
         &self,
@@ -116,9 +132,9 @@ impl<R: Real> Law<'_, R> {
     ) -> (Vec3<R>, Vec3<R>) {
         let (zero, one, pair) = (R::lit(0.0), R::lit(1.0), self.pair);
         let moved = slip.scale_add(R::lit(self.m.timing.substep), bristle);
-        let flat = normal.scale_add(-moved.dot(normal), moved);
+        let flat = if self.has_patch() { moved } else { normal.scale_add(-moved.dot(normal), moved) };
         let spring = flat * pair.bristle_stiffness;
-        let limit = self.coefficient(slip, flat) * normal_force.max(zero);
+        let limit = self.coefficient(slip, flat, normal) * normal_force.max(zero);
         let size = spring.norm();
         let cut = (limit / size.max(R::lit(1e-20))).min(one);
         let held = spring * cut;
@@ -133,15 +149,23 @@ impl<R: Real> Law<'_, R> {
     /// Friction coefficient mu (1 + s exp(-|v| / v_s)) (1 + a cos 2 theta), theta between the bristle and part B's y
     /// axis.
     #[inline(always)]
-    fn coefficient(&self, slip: Vec3<R>, flat: Vec3<R>) -> R {
+    fn coefficient(&self, slip: Vec3<R>, flat: Vec3<R>, normal: Vec3<R>) -> R {
         let (one, two, pair) = (R::lit(1.0), R::lit(2.0), self.pair);
         let mut mu = pair.friction;
         if self.has(STRIBECK, |pair| pair.stribeck) {
             mu = mu * exp(-(slip.norm() / pair.stribeck_speed)).mul_add(pair.stribeck, one);
         }
         if self.has(ANISOTROPY, |pair| pair.anisotropy) {
-            let along = flat.y * flat.y / flat.dot(flat).max(R::lit(1e-30));
-            mu = mu * (two.mul_add(along, -one)).mul_add(pair.anisotropy, one);
+            let mut across = one;
+            let (mut plane, all) = (flat, flat.dot(flat).max(R::lit(1e-30)));
+            if self.has_patch() {
+                // Spinning has no direction: alone it meets mu.
+                let twist = flat.dot(normal);
+                plane = normal.scale_add(-twist, flat);
+                across = one - twist * twist / all;
+            }
+            let along = plane.y * plane.y / all;
+            mu = mu * (two.mul_add(along, -across)).mul_add(pair.anisotropy, one);
         }
         mu
     }

@@ -47,7 +47,7 @@ bundle! {
 bundle! {
     /// What a contact point keeps from substep to substep under one law.
     PointState {
-        bristle: Vec3<R>, "m", "tangential deflection, axes of the part with the solids";
+        bristle: Vec3<R>, "m", "tangential deflection, and along the normal the twist of a patch times 2/3 of its radius; axes of the part with the solids";
         approach: R, "m/s", "speed of approach at the touch, 0 when apart; kept for laws that need it";
     }
 }
@@ -190,14 +190,23 @@ fn point_on_solids<R: Real, const MESHES: bool>(
     let mut force = law.normal_force(depth, sink_rate, approach);
     let depth = if of.is_thin { counted_depth(m, depth, surface.distance, surface.half_thickness) } else { depth };
 
-    let slip = b_axes.transposed_times(normal.scale_add(sink_rate, velocity));
-    let (friction, bristle) = law.friction(force, slip, state.bristle, surface.normal);
+    let mut slip = b_axes.transposed_times(normal.scale_add(sink_rate, velocity));
+    if law.has_patch() {
+        let spin = (a.omega - b.omega).dot(normal);
+        slip = surface.normal.scale_add(spin * R::lit(law.patch_lever()), slip);
+    }
+    let (mut friction, bristle) = law.friction(force, slip, state.bristle, surface.normal);
+    let mut spun = R::lit(0.0);
+    if law.has_patch() {
+        spun = friction.dot(surface.normal);
+        friction = surface.normal.scale_add(-spun, friction);
+    }
     let mut push = normal.scale_add(force, b_axes.times(friction));
     if of.shares {
         (force, push) = (force * point.share, push * point.share);
     }
     let state = PointState { bristle, approach };
-    match of.points_of {
+    let mut contact = match of.points_of {
         Side::A => {
             let wrench = Wrench { force: push, moment: lever.cross(push) };
             PointContact { wrench, state, depth, force, normal, lever }
@@ -207,7 +216,13 @@ fn point_on_solids<R: Real, const MESHES: bool>(
             let wrench = Wrench { force: push, moment: lever.cross(push) };
             PointContact { wrench, state, depth, force, normal: -normal, lever }
         }
+    };
+    if law.has_patch() {
+        // Against the spin of the part with the points; the normal of the contact is that of part B.
+        let own = R::lit(law.patch_lever()) * if of.shares { spun * point.share } else { spun };
+        contact.wrench.moment = contact.normal.scale_add(own, contact.wrench.moment);
     }
+    contact
 }
 
 /// The parts as a finger of part A has them: its frame is displaced with the finger.

@@ -49,7 +49,9 @@ pub(crate) fn read(c: &mut Checker, file: &ScenarioFile, p: &mut Params<f64>) ->
     let pairs = pairs(c, file, [&a, &b], p.closing_speed);
     let latch = file.latch.as_ref().map(|table| latch(c, table, p));
     let fingers = fingers(c, file);
-    (Contact { a, b, pairs, law, bilateral, latch, fingers }, meshes)
+    let is_shell = |solid: &SolidTable| solid.patch.is_some();
+    let patch_radius = patch_radius(c, table.law(), solids.into_iter().flatten().any(is_shell));
+    (Contact { a, b, pairs, law, patch_radius, bilateral, latch, fingers }, meshes)
 }
 
 /// What of part A moves as the grip closes: all with the same way are one finger.
@@ -120,7 +122,13 @@ fn pairs(c: &mut Checker, file: &ScenarioFile, parts: [&PartShape; 2], closing_s
             adhesion: take(&table.adhesion, "contact_adhesion", 0.0),
             ..pair
         };
-        let row = MaterialPair { a: of(c, &a, &table.a, parts[0]), b: of(c, &b, &table.b, parts[1]), law, properties };
+        let (members_a, members_b) = (of(c, &a, &table.a, parts[0]), of(c, &b, &table.b, parts[1]));
+        let has_shell = |members: &Members, solids: &[SolidTable]| {
+            members.solids.iter().any(|index| solids[*index].patch.is_some())
+        };
+        let shells = has_shell(&members_a, &file.part_a.solid) || has_shell(&members_b, &file.part_b.solid);
+        let patch_radius = patch_radius(c, table.law(), shells);
+        let row = MaterialPair { a: members_a, b: members_b, law, properties, patch_radius };
         if let Some(other) = pairs.iter().position(|other| meet(&row.a, &other.a) && meet(&row.b, &other.b)) {
             let message = format!("what this pair names is together in `[[contact.pair]]` {} too", other + 1);
             c.refuse(&table.law.span, message, "name other points or solids in `a` or `b`");
@@ -128,6 +136,17 @@ fn pairs(c: &mut Checker, file: &ScenarioFile, parts: [&PartShape; 2], closing_s
         pairs.push(row);
     }
     pairs
+}
+
+/// Radius of the patch of a law's points. The points of a mesh resolve their patch themselves.
+fn patch_radius(c: &mut Checker, keys: LawKeys<'_>, has_shell: bool) -> f64 {
+    let Some(written) = keys.patch_radius else { return 0.0 };
+    let radius = c.number(written, "m", Range::within(0.0, LENGTH));
+    if radius > 0.0 && has_shell {
+        let remedy = "remove it, or give the solids contact points of their own instead of `patch`";
+        c.refuse(&written.span, "the points of a mesh have no patch of this radius", remedy);
+    }
+    radius
 }
 
 fn meet(one: &Members, other: &Members) -> bool {

@@ -529,6 +529,9 @@ law_tables! {
         bristle_stiffness: Option<Quantity>,
         /// Tangential damping before slip; default near critical for the parts' effective mass.
         bristle_damping: Option<Quantity>,
+        /// Radius a of the contact patch of a point, for friction against spinning: 2/3 mu F a at most, for a uniform
+        /// pressure; default 0, no such friction. Not of the points of meshes.
+        patch_radius: Option<Quantity>,
     }
 
     /// The contact law and its nominal values, for every point and solid that are in no pair.

@@ -160,6 +160,7 @@ fn drogue() -> Contact {
         },
         law: NormalLaw::Linear,
         pairs: Vec::new(),
+        patch_radius: 0.0,
         bilateral: false,
         latch: None,
         fingers: Vec::new(),
