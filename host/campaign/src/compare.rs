@@ -4,7 +4,7 @@ use crate::check::Checker;
 use crate::derived::Derived;
 use crate::dispersion::Dispersion;
 use crate::distribution::Distribution;
-use crate::expression::{self, Expression};
+use crate::expression::{self, Bounds, Expression};
 use crate::ranges::legal;
 use crate::suggest::suggestion;
 use crate::written::At;
@@ -90,6 +90,8 @@ pub(crate) struct Axes<'a> {
     pub(crate) derived: &'a [Derived],
     /// Undispersed value of every field.
     pub(crate) undispersed: Vec<f64>,
+    /// Least and greatest value of every field.
+    pub(crate) bounds: &'a [Bounds],
 }
 
 /// Reads the table; without it the comparison shows verdicts alone.
@@ -136,24 +138,36 @@ fn along(c: &mut Checker, table: &CompareTable, axes: &Axes) -> Option<Bands> {
 /// So many bands of a dispersed parameter, even on the scale on which it is drawn.
 pub(crate) fn bands(c: &mut Checker, name: &At<String>, count: usize, axes: &Axes) -> Option<Bands> {
     let dispersed: Vec<&Dispersion> = axes.dispersions.iter().filter(|d| d.field < axes.parameters).collect();
-    let Some(found) = dispersed.iter().find(|dispersion| dispersion.name == name.value) else {
-        let names: Vec<&str> = dispersed.iter().map(|dispersion| dispersion.name.as_str()).collect();
-        c.refuse(&name.span, format!("`{}` is not dispersed", name.value), suggestion(&name.value, &names));
-        return None;
-    };
-    let reach = |share: f64| found.distribution.quantile(share);
-    let (min, max) = match found.distribution {
-        // The ends of distributions without bounds hold nothing.
-        Distribution::Normal { .. } => (reach(0.005), reach(0.995)),
-        Distribution::Weibull { min, .. } => (min, reach(0.995)),
-        _ => found.distribution.reach(),
+    let found = dispersed.iter().find(|dispersion| dispersion.name == name.value);
+    let derived = axes.derived.iter().find(|derived| derived.name == name.value && derived.field < axes.parameters);
+    let (field, min, max) = match (found, derived) {
+        (Some(found), _) => {
+            let reach = |share: f64| found.distribution.quantile(share);
+            let (min, max) = match found.distribution {
+                // The ends of distributions without bounds hold nothing.
+                Distribution::Normal { .. } => (reach(0.005), reach(0.995)),
+                Distribution::Weibull { min, .. } => (min, reach(0.995)),
+                _ => found.distribution.reach(),
+            };
+            (found.field, min, max)
+        }
+        (None, Some(derived)) => {
+            let Bounds { least, greatest } = axes.bounds[derived.field];
+            (derived.field, least, greatest)
+        }
+        (None, None) => {
+            let names = dispersed.iter().map(|dispersion| dispersion.name.as_str());
+            let names: Vec<&str> = names.chain(axes.derived.iter().map(|derived| derived.name.as_str())).collect();
+            c.refuse(&name.span, format!("`{}` is not dispersed", name.value), suggestion(&name.value, &names));
+            return None;
+        }
     };
     if min >= max {
         c.refuse(&name.span, format!("`{}` is always the same", name.value), "name a parameter that varies");
         return None;
     }
     let logarithmic = min > 0.0 && max / min >= 5.0;
-    let whole = Bands { field: axes.fields[found.field].clone(), edges: vec![min, max], logarithmic };
+    let whole = Bands { field: axes.fields[field].clone(), edges: vec![min, max], logarithmic };
     let edges = (0..=count).map(|index| whole.between(index as f64 / count as f64)).collect();
     Some(Bands { edges, ..whole })
 }

@@ -197,6 +197,7 @@ fn check(c: &mut Checker, file: &CampaignFile, scenario: Scenario) -> Campaign {
         dispersions: &campaign.dispersions,
         derived: &campaign.derived,
         undispersed: campaign.undispersed(),
+        bounds: &bounds,
     };
     let comparison = compare::read(c, file, &axes);
     let outcome_maps = outcome_map::read(c, file, &axes);

@@ -66,9 +66,9 @@ pub(crate) struct CampaignFile {
 pub(crate) struct OutcomeMapTable {
     /// What the map shows.
     pub(crate) title: At<String>,
-    /// Dispersed parameter along the horizontal axis.
+    /// Dispersed or derived parameter along the horizontal axis.
     pub(crate) x: At<String>,
-    /// Dispersed parameter along the vertical axis.
+    /// Dispersed or derived parameter along the vertical axis.
     pub(crate) y: At<String>,
     /// Lines over the dots, a closed form for example.
     #[serde(default)]

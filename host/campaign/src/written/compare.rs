@@ -65,7 +65,7 @@ impl JsonSchema for Replacements {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct CompareTable {
-    /// Dispersed parameter along which rates and metrics are shown.
+    /// Dispersed or derived parameter along which rates and metrics are shown.
     pub(crate) along: Option<At<String>>,
     /// Ends of the bands along it, ascending; default eight bands over all that is drawn.
     pub(crate) edges: Option<Quantities>,
@@ -83,9 +83,9 @@ pub(crate) struct CompareTable {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct MapTable {
-    /// Dispersed parameter along the horizontal axis.
+    /// Dispersed or derived parameter along the horizontal axis.
     pub(crate) x: At<String>,
-    /// Dispersed parameter along the vertical axis.
+    /// Dispersed or derived parameter along the vertical axis.
     pub(crate) y: At<String>,
     /// Number of cells along x and along y; default 6 and 6.
     pub(crate) cells: Option<At<Vec<At<u64>>>>,
