@@ -50,7 +50,8 @@ pub struct Contact {
     pub a: PartShape,
     /// Part B.
     pub b: PartShape,
-    /// The normal force of the points and solids that are in no material pair; its properties are in [`Params`].
+    /// The normal force of the points and solids that are in no material pair; its properties are in
+    /// [`Params`](crate::params::Params).
     pub law: NormalLaw,
     /// Points and solids with properties of their own. No point and solid are together in two of them.
     pub pairs: Vec<MaterialPair>,
