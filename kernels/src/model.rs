@@ -5,6 +5,7 @@
 
 use crate::arm_plan::ArmPlan;
 pub use crate::arm_plan::{ArmControl, MAX_JOINTS};
+pub use crate::chain::Link;
 pub use crate::contact_parts::{
     Contact, ContactPoint, ENDLESS, Finger, Hook, Latch, MaterialPair, Members, PartShape, Shape, Side, Solid,
 };
@@ -156,19 +157,6 @@ pub fn joint_motion(slides: bool, place: f64) -> Pose<f64> {
             Pose { position: Vec3::zero(), attitude }
         }
     }
-}
-
-/// One arm link with the joint at its origin; the joint turns about the link's z axis, or slides along it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Link {
-    /// Pose of the link frame in the parent's frame at joint angle 0, or travel 0.
-    pub origin: Pose<f64>,
-    /// Mass \[kg\].
-    pub mass: f64,
-    /// Centre of mass in the link frame \[m\].
-    pub com: Vec3<f64>,
-    /// Inertia about the centre of mass, link axes \[kg m^2\].
-    pub inertia: Sym3<f64>,
 }
 
 /// The bodies that stand on a mount which does not move, whatever pushes them.

@@ -17,9 +17,21 @@ pub(crate) mod inertia;
 mod tests;
 
 use crate::bundle;
-use crate::model::Link;
 use crate::real::Real;
 use crate::vector::{Mat3, Pose, Quat, Sym3, Vec3, vec3};
+
+/// One arm link with the joint at its origin; the joint turns about the link's z axis, or slides along it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Link {
+    /// Pose of the link frame in the parent's frame at joint angle 0, or travel 0.
+    pub origin: Pose<f64>,
+    /// Mass \[kg\].
+    pub mass: f64,
+    /// Centre of mass in the link frame \[m\].
+    pub com: Vec3<f64>,
+    /// Inertia about the centre of mass, link axes \[kg m^2\].
+    pub inertia: Sym3<f64>,
+}
 
 /// Below this a cosine, a sine or a length of the order of a metre is rounding.
 pub(crate) const ROUNDING: f64 = 1e-14;
