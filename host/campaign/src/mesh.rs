@@ -5,11 +5,11 @@ use crate::inertia::Joined;
 use crate::mobility::effective_mass;
 use crate::overlap::millimetres;
 use crate::source::Source;
+use crate::written::At;
 use crate::written::scenario::SolidTable;
-use crate::written::{At, Quantity};
 use softdock_input::InputError;
 use softdock_kernels::contact::mesh::Mesh;
-use softdock_kernels::model::{Model, PartShape, Shape};
+use softdock_kernels::model::{Model, PartShape, Shape, Side};
 use softdock_kernels::plant::part_points;
 use softdock_kernels::range::{LENGTH, Range};
 use softdock_kernels::vector::{Pose, Quat};
@@ -22,9 +22,6 @@ use std::sync::{Arc, Mutex, OnceLock, Weak};
 
 /// Largest mesh file: a binary STL with the most triangles has 25 MB, the same as text up to 140.
 const LARGEST: u64 = 160 << 20;
-
-/// Units of length of a mesh file \[m\].
-const UNITS: [(&str, f64); 4] = [("mm", 1e-3), ("cm", 1e-2), ("m", 1.0), ("in", 0.0254)];
 
 /// Least and greatest size of a mesh, and so many times as large as the other part at most \[m\].
 const SIZES: Range = Range::within(1e-4, 100.0);
@@ -39,8 +36,9 @@ const ERROR: f64 = 0.01;
 /// A mesh file of a scenario.
 #[derive(Clone, Debug)]
 pub(crate) struct MeshFile {
-    /// Key of its solid: `part_a.solid[1]`.
-    key: String,
+    /// Part and place of its solid there.
+    side: Side,
+    solid: usize,
     path: PathBuf,
     bytes: Arc<[u8]>,
     report: MeshReport,
@@ -51,9 +49,18 @@ impl MeshFile {
         &self.path
     }
 
+    /// Key of its solid: `part_a.solid[1]`.
+    fn key(&self) -> String {
+        let part = match self.side {
+            Side::A => "part_a",
+            Side::B => "part_b",
+        };
+        format!("{part}.solid[{}]", self.solid + 1)
+    }
+
     /// The key that names it.
     pub(crate) fn file_key(&self) -> String {
-        format!("{}.file", self.key)
+        format!("{}.file", self.key())
     }
 
     /// Hash of its bytes.
@@ -86,8 +93,8 @@ pub(crate) fn read(c: &mut Checker, tables: [&[SolidTable]; 2], parts: [&mut Par
     let mut files = Vec::new();
     for (side, part) in parts.into_iter().enumerate() {
         for (index, table) in tables[side].iter().enumerate().filter(|(_, table)| table.shape.value == "mesh") {
-            let key = format!("part_{}.solid[{}]", ["a", "b"][side], index + 1);
-            if let Some((shape, file)) = one(c, table, key, margins[1 - side]) {
+            let place = (Side::BOTH[side], index);
+            if let Some((shape, file)) = one(c, table, place, margins[1 - side]) {
                 part.solids[index].shape = shape;
                 files.push(file);
             }
@@ -103,9 +110,9 @@ pub(crate) fn read(c: &mut Checker, tables: [&[SolidTable]; 2], parts: [&mut Par
 }
 
 /// A mesh with the file that it came from; `None` after a problem.
-fn one(c: &mut Checker, table: &SolidTable, key: String, margin: f64) -> Option<(Shape, MeshFile)> {
+fn one(c: &mut Checker, table: &SolidTable, place: (Side, usize), margin: f64) -> Option<(Shape, MeshFile)> {
     let (file, unit) = (table.file.as_ref()?, table.unit.as_ref()?);
-    let unit = c.choice(unit, &UNITS);
+    let unit = c.choice(unit, &[("mm", 1e-3), ("cm", 1e-2), ("m", 1.0), ("in", 0.0254)]);
     let length = Range::above(0.0, LENGTH);
     let resolution = table.resolution.as_ref().map(|written| c.number(written, "m", length));
     let patch = table.patch.as_ref().map(|written| c.number(written, "m^2", Range::above(0.0, 100.0)));
@@ -119,7 +126,7 @@ fn one(c: &mut Checker, table: &SolidTable, key: String, margin: f64) -> Option<
         (None, Some(_)) => DEFAULT_POINTS,
         (None, None) => 0,
     };
-    let density = table.density.as_ref().map(|written| density(c, written));
+    let density = table.density.as_ref().map(|written| c.number(written, "kg/m^3", Range::within(1.0, 3e4)));
     let options = Options { resolution, margin, points, patch: patch.unwrap_or(1.0) };
     let (path, bytes) = bytes(c, file)?;
     let Some(format) = Format::of(&file.value) else {
@@ -128,7 +135,9 @@ fn one(c: &mut Checker, table: &SolidTable, key: String, margin: f64) -> Option<
         return None;
     };
     match prepared(&bytes, format, unit, &options, density) {
-        Ok((mesh, report)) => Some((Shape::Mesh(mesh), MeshFile { key, path, bytes, report })),
+        Ok((mesh, report)) => {
+            Some((Shape::Mesh(mesh), MeshFile { side: place.0, solid: place.1, path, bytes, report }))
+        }
         Err(fault) => {
             c.refuse(&file.span, format!("`{}`: {}", path.display(), fault.message), fault.remedy);
             None
@@ -159,36 +168,20 @@ fn bytes(c: &mut Checker, file: &At<String>) -> Option<(PathBuf, Arc<[u8]>)> {
     }
 }
 
-/// Mass properties of a part's meshes that state a density, in the part's frame; `None` where none does.
-///
-/// What is wrong with a mesh or its keys is noted where its solid is read; it has no mass here.
-pub(crate) fn mass_of(c: &Checker, solids: &[SolidTable]) -> Option<Joined> {
-    let mut quiet = Checker::new(c.source.clone());
-    let (mut all, mut any) = (Joined::nothing(), false);
-    for table in solids.iter().filter(|table| table.shape.value == "mesh") {
-        let Some(written) = &table.density else { continue };
-        any = true;
-        let density = density(&mut quiet, written);
-        let frame = quiet.pose(&table.position, &table.rotation);
-        let closed = closed_mesh(&mut quiet, table).filter(|_| quiet.problems.is_empty());
-        if let Some(MassProperties { mass, centre, inertia }) = closed.map(|mesh| mesh.mass_properties(density)) {
-            all.add(mass, inertia, frame.compose(Pose { position: centre, attitude: Quat::identity() }));
+/// Mass properties of the meshes of a part that state a density, in the part's frame; `None` where none does. A mesh that is
+/// refused has no mass.
+pub(crate) fn mass_of(files: &[MeshFile], side: Side, tables: &[SolidTable], part: &PartShape) -> Option<Joined> {
+    if !tables.iter().any(|table| table.shape.value == "mesh" && table.density.is_some()) {
+        return None;
+    }
+    let mut all = Joined::nothing();
+    for file in files.iter().filter(|file| file.side == side) {
+        if let Some(MassProperties { mass, centre, inertia }) = file.report.mass {
+            let centre = Pose { position: centre, attitude: Quat::identity() };
+            all.add(mass, inertia, part.solids[file.solid].frame.compose(centre));
         }
     }
-    any.then_some(all)
-}
-
-/// The closed mesh of a solid's file; `None` after a problem.
-fn closed_mesh(c: &mut Checker, table: &SolidTable) -> Option<ClosedMesh> {
-    let (file, unit) = (table.file.as_ref()?, table.unit.as_ref()?);
-    let unit = c.choice(unit, &UNITS);
-    let (_, bytes) = bytes(c, file)?;
-    let triangles = Triangles::read(&bytes, Format::of(&file.value)?, unit).ok()?;
-    ClosedMesh::check(&triangles).ok()
-}
-
-fn density(c: &mut Checker, written: &Quantity) -> f64 {
-    c.number(written, "kg/m^3", Range::within(1.0, 3e4))
+    Some(all)
 }
 
 /// Reads, checks and prepares a mesh, or takes the same one from before.
@@ -265,7 +258,7 @@ pub(crate) fn lines(files: &[MeshFile], model: &Model) -> Vec<String> {
         let r = &file.report;
         let [x, y, z] = [r.size.x, r.size.y, r.size.z].map(millimetres);
         let mut lines = vec![
-            format!("{}: mesh of {} triangles, {x} x {y} x {z}, {:.4e} m^3", file.key, r.triangles, r.volume),
+            format!("{}: mesh of {} triangles, {x} x {y} x {z}, {:.4e} m^3", file.key(), r.triangles, r.volume),
             format!(
                 "  grid of {} cells of {}, {:.1} MiB with {} contact points; error {} on faces, {} at sharp edges",
                 r.cells,

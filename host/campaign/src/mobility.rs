@@ -4,7 +4,7 @@
 
 use crate::inertia::matrix;
 use crate::placement::link_frames;
-use nalgebra::{DMatrix, Matrix3, Matrix6};
+use nalgebra::{DMatrix, Matrix3, Matrix6, Vector3};
 use softdock_kernels::model::Model;
 use softdock_kernels::stewart::{CaptureRing, leg_jacobian};
 use softdock_kernels::vector::{Mat3, Pose, Sym3, Vec3, vec3};
@@ -140,7 +140,7 @@ pub(crate) fn target_at_point(m: &Model, mass: f64, inertia_scale: f64, point: V
 
 /// Acceleration of a point of a free body, at `arm` from its centre of mass, by a force there \[1/kg\].
 fn at_point(mass: f64, about_com: &Matrix3<f64>, arm: Vec3<f64>) -> Matrix3<f64> {
-    let skew = Matrix3::new(0.0, -arm.z, arm.y, arm.z, 0.0, -arm.x, -arm.y, arm.x, 0.0);
+    let skew = Vector3::new(arm.x, arm.y, arm.z).cross_matrix();
     Matrix3::identity() * (1.0 / mass) - skew * about_com * skew
 }
 
@@ -162,7 +162,7 @@ pub(crate) fn leg_mobilities(ring: &CaptureRing) -> [f64; 6] {
     let jacobian = Matrix6::from_fn(|leg, axis| leg_jacobian(&ring.legs, Pose::identity())[leg][axis]);
     let mut spatial = Matrix6::zeros();
     let lever = ring.centre;
-    let skew = Matrix3::new(0.0, -lever.z, lever.y, lever.z, 0.0, -lever.x, -lever.y, lever.x, 0.0) * ring.mass;
+    let skew = Vector3::new(lever.x, lever.y, lever.z).cross_matrix() * ring.mass;
     spatial.fixed_view_mut::<3, 3>(0, 0).copy_from(&(Matrix3::identity() * ring.mass));
     spatial.fixed_view_mut::<3, 3>(0, 3).copy_from(&-skew);
     spatial.fixed_view_mut::<3, 3>(3, 0).copy_from(&skew);

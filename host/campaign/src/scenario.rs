@@ -27,7 +27,7 @@ use crate::units::show;
 use crate::written::Quantity;
 use crate::written::scenario::{ScenarioFile, StartTable, TaskTable, TimingTable};
 use bodies::Bodies;
-use softdock_kernels::model::{Guidance, Model, Task, Timing};
+use softdock_kernels::model::{Contact, Guidance, Model, Task, Timing};
 use softdock_kernels::params::Params;
 use softdock_kernels::range::{ANGLE, FORCE, LENGTH, Range, SPEED};
 use softdock_kernels::vector::{Quat, Vec3};
@@ -187,8 +187,11 @@ impl Scenario {
     fn checked(mut c: Checker, file: ScenarioFile, station: Option<&Station>) -> Result<Self, Problems> {
         c.problems.extend(read::check_format(&c.source, &file.schema, FORMAT));
         let id = c.name(&file.id);
-        let bodies = bodies::read(&mut c, &file);
-        let Compiled { model, robot, station, meshes } = compile(&mut c, &file, &bodies, station);
+        let mut nominal = Params::null();
+        start(&mut c, &file.start, &mut nominal);
+        let (contact, meshes) = contact::read(&mut c, &file, &mut nominal);
+        let bodies = bodies::read(&mut c, &file, &contact, &meshes);
+        let Compiled { model, robot, station } = compile(&mut c, &file, &bodies, (nominal, contact), station);
         Problems::check(std::mem::take(&mut c.problems))?;
 
         let mut scenario = Self {
@@ -261,17 +264,19 @@ struct Compiled {
     robot: Option<Source>,
     /// The facility, if the scenario names it.
     station: Option<Station>,
-    meshes: Vec<MeshFile>,
 }
 
 /// The model, with harmless values where there are problems.
-fn compile(c: &mut Checker, file: &ScenarioFile, bodies: &Bodies, known: Option<&Station>) -> Compiled {
+fn compile(
+    c: &mut Checker,
+    file: &ScenarioFile,
+    bodies: &Bodies,
+    (mut nominal, contact): (Params<f64>, Contact),
+    known: Option<&Station>,
+) -> Compiled {
     let timing = timing(c, &file.timing);
-    let mut nominal = Params::null();
-    start(c, &file.start, &mut nominal);
     bodies.masses(&mut nominal);
     held::check(c, file, bodies.held, &nominal);
-    let (contact, meshes) = contact::read(c, file, &mut nominal);
     let station = known.cloned().or_else(|| facility::station(c, &file.facility));
     let (facility, robot) = facility::read(c, &file.facility, station.as_ref(), &timing, &mut nominal);
     let guidance = Guidance {
@@ -315,7 +320,7 @@ fn compile(c: &mut Checker, file: &ScenarioFile, bodies: &Bodies, known: Option<
         task: task(c, &file.task, file.latch.is_some(), station.as_ref()),
         nominal,
     };
-    Compiled { model, robot, station, meshes }
+    Compiled { model, robot, station }
 }
 
 /// The base either as stated or from the gap between the parts.

@@ -18,17 +18,13 @@ use crate::plots::sample::Sample;
 const MOST_DOTS: usize = 4_000;
 
 /// Colours of the causes, the most frequent first; what is left over has the last.
-const CAUSES: [RGBColor; 6] = [
-    RGBColor(0xD5, 0x5E, 0x00),
-    RGBColor(0x00, 0x72, 0xB2),
-    RGBColor(0xCC, 0x79, 0xA7),
-    RGBColor(0xE6, 0x9F, 0x00),
-    RGBColor(0x7F, 0x3C, 0x8D),
-    RGBColor(0xA0, 0xA0, 0xA0),
-];
+const CAUSES: [RGBColor; 6] = {
+    let [_, blue, vermilion, _, pink, orange, _, violet] = colour::VARIANTS;
+    [vermilion, blue, pink, orange, violet, colour::TRUE_FAIL]
+};
 
 /// Colours of the lines.
-const LINES: [RGBColor; 3] = [RGBColor(0x22, 0x22, 0x22), RGBColor(0x99, 0x22, 0x22), RGBColor(0x22, 0x55, 0x99)];
+const LINES: [RGBColor; 3] = [colour::LIMIT, RGBColor(0x99, 0x22, 0x22), RGBColor(0x22, 0x55, 0x99)];
 
 /// A map in both loops.
 #[derive(Clone, Debug, PartialEq, Serialize)]

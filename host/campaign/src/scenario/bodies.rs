@@ -6,6 +6,7 @@ use super::{arm_drive, held};
 use crate::arm::{self, Arm, HeldJoint};
 use crate::check::Checker;
 use crate::inertia::fault;
+use crate::mesh::{MeshFile, mass_of};
 use crate::placement::end_frame;
 use crate::source::Source;
 use crate::suggest::suggestion;
@@ -13,7 +14,7 @@ use crate::units::show;
 use crate::written::scenario::{ArmTable, InertiaTable, ScenarioFile};
 use crate::written::{At, Quantities};
 use softdock_kernels::manipulator::ArmDrive;
-use softdock_kernels::model::{Brakes, Held, Link};
+use softdock_kernels::model::{Brakes, Contact, Held, Link, Side};
 use softdock_kernels::params::Params;
 use softdock_kernels::range::{ANGLE, LENGTH, Range};
 use softdock_kernels::vector::{Pose, Sym3};
@@ -57,10 +58,12 @@ impl Bodies {
     }
 }
 
-pub(crate) fn read(c: &mut Checker, file: &ScenarioFile) -> Bodies {
+pub(crate) fn read(c: &mut Checker, file: &ScenarioFile, contact: &Contact, meshes: &[MeshFile]) -> Bodies {
     let held = held::read(file);
-    let Massive { mass: base_mass, inertia: base_inertia, part: part_a } = held::base(c, file, held);
-    let Massive { mass: target_mass, inertia: target_inertia, part: seat } = held::target(c, file, held);
+    let Massive { mass: base_mass, inertia: base_inertia, part: part_a } =
+        held::base(c, file, held, mass_of(meshes, Side::A, &file.part_a.solid, &contact.a));
+    let Massive { mass: target_mass, inertia: target_inertia, part: seat } =
+        held::target(c, file, held, mass_of(meshes, Side::B, &file.part_b.solid, &contact.b));
     let target_pose = if file.target.position.is_some() || file.target.rotation.is_some() {
         c.pose(&file.target.position, &file.target.rotation)
     } else {

@@ -1,8 +1,9 @@
 //! Bodies that are held: the keys that have no effect then, and scenarios in which nothing can move.
 
 use crate::check::Checker;
+use crate::inertia::Joined;
 use crate::problem::Problem;
-use crate::written::scenario::{InertiaTable, ScenarioFile, SolidTable};
+use crate::written::scenario::{InertiaTable, ScenarioFile};
 use crate::written::{At, Quantities, Quantity};
 use softdock_kernels::model::Held;
 use softdock_kernels::params::Params;
@@ -85,18 +86,18 @@ pub(super) struct Massive {
 }
 
 /// The base with part A; with an arm the part is in its link's frame.
-pub(super) fn base(c: &mut Checker, file: &ScenarioFile, held: Held) -> Massive {
+pub(super) fn base(c: &mut Checker, file: &ScenarioFile, held: Held, meshes: Option<Joined>) -> Massive {
     let (part, table) = (&file.part_a, &file.base);
-    let meshes = if file.arm.is_none() { &part.solid[..] } else { &[] };
     let place = (&part.position, &part.rotation);
+    let meshes = meshes.filter(|_| file.arm.is_none());
     mass_and_inertia(c, (&table.mass, &table.inertia), held.base, &BASE, place, meshes)
 }
 
 /// The target with part B.
-pub(super) fn target(c: &mut Checker, file: &ScenarioFile, held: Held) -> Massive {
+pub(super) fn target(c: &mut Checker, file: &ScenarioFile, held: Held, meshes: Option<Joined>) -> Massive {
     let (part, table) = (&file.part_b, &file.target);
     let place = (&part.position, &part.rotation);
-    mass_and_inertia(c, (&table.mass, &table.inertia), held.target, &TARGET, place, &part.solid)
+    mass_and_inertia(c, (&table.mass, &table.inertia), held.target, &TARGET, place, meshes)
 }
 
 /// Both are required of a free body and refused of a held one, whose values are those that change nothing. Where neither is
@@ -107,7 +108,7 @@ fn mass_and_inertia(
     is_held: bool,
     body: &Body,
     (position, rotation): (&Option<Quantities>, &Option<Quantities>),
-    solids: &[SolidTable],
+    meshes: Option<Joined>,
 ) -> Massive {
     let part = c.pose(position, rotation);
     let harmless = Massive { mass: 1.0, inertia: Sym3 { xx: 1.0, yy: 1.0, zz: 1.0, ..Sym3::splat(0.0) }, part };
@@ -118,7 +119,7 @@ fn mass_and_inertia(
         }
         return harmless;
     }
-    if let (None, None, Some(of_meshes)) = (mass, inertia, crate::mesh::mass_of(c, solids)) {
+    if let (None, None, Some(of_meshes)) = (mass, inertia, meshes) {
         if let Some(written) = position {
             let message = format!("the {}'s centre of mass follows from the meshes of its part", body.table);
             let remedy = "remove it, or write mass and inertia of the body";
