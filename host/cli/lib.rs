@@ -14,6 +14,7 @@ mod terminal;
 mod values;
 
 use clap::{Parser, Subcommand};
+use std::ffi::OsString;
 use std::process::ExitCode;
 use terminal::Outcome;
 
@@ -97,6 +98,13 @@ impl Command {
     }
 }
 
-fn main() -> ExitCode {
-    terminal::end(Cli::parse().command.run())
+/// Runs the command of an argument list, whose first item is the program's name; prints its answer or its errors.
+///
+/// Help, version and wrong arguments end the process, as clap does.
+pub fn command<I>(arguments: I) -> ExitCode
+where
+    I: IntoIterator,
+    I::Item: Into<OsString> + Clone,
+{
+    terminal::end(Cli::parse_from(arguments).command.run())
 }
