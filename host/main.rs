@@ -3,5 +3,5 @@
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    softdock::command(std::env::args_os())
+    ExitCode::from(softdock::command(std::env::args_os()))
 }

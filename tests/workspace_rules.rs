@@ -37,7 +37,7 @@ fn crate_dependencies_are_allowed() {
     let own = |name: &str| {
         dependencies[name].iter().filter(|used| used.starts_with("softdock")).map(String::as_str).collect()
     };
-    let allowed: [(&str, &[&str]); 17] = [
+    let allowed: [(&str, &[&str]); 18] = [
         ("softdock-input", &[]),
         ("softdock-tracer", &["softdock-kernels"]),
         ("softdock-engine", &["softdock-kernels", "softdock-tracer"]),
@@ -111,6 +111,7 @@ fn crate_dependencies_are_allowed() {
         // It generates the test data of the diagnosis: code shared with the diagnosis would bias the score.
         ("softdock-gauntlet", &[]),
         ("softdock-test-size", &[]),
+        ("softdock-python", &["softdock", "softdock-campaign", "softdock-engine", "softdock-farm", "softdock-results"]),
         ("softdock-oracle-rapier", &["softdock-kernels", "softdock-campaign", "softdock-identify"]),
     ];
     for (name, allowed) in allowed {
@@ -134,6 +135,7 @@ fn heavy_libraries_have_one_owner() {
         ("axum", "softdock-session"),
         ("tokio", "softdock-session"),
         ("parry3d", "softdock-mesh"),
+        ("pyo3", "softdock-python"),
     ] {
         for (name, used) in dependencies() {
             let names = used.iter().any(|used| used.split('-').next() == Some(library));
@@ -144,7 +146,7 @@ fn heavy_libraries_have_one_owner() {
 
 /// Returns all Rust files of the workspace.
 fn sources() -> Vec<PathBuf> {
-    ["kernels", "host", "tests"].iter().flat_map(|folder| sources_in(&root().join(folder))).collect()
+    ["kernels", "host", "python", "tests"].iter().flat_map(|folder| sources_in(&root().join(folder))).collect()
 }
 
 /// Returns all Rust files below a folder.
@@ -252,7 +254,8 @@ fn is_in_circle(imports: &BTreeMap<String, BTreeSet<String>>, module: &str) -> b
 fn modules_import_one_way() {
     let hosts = fs::read_dir(root().join("host")).expect("a folder").flatten();
     let hosts = hosts.map(|entry| format!("host/{}/src", entry.file_name().to_string_lossy()));
-    let others = ["kernels/src", "kernels/tracer/src", "tests/gauntlet/src", "host/cli"].map(str::to_owned);
+    let others =
+        ["kernels/src", "kernels/tracer/src", "tests/gauntlet/src", "host/cli", "python/src"].map(str::to_owned);
     let mut crates = 0;
     for source in hosts.chain(others).filter(|source| root().join(source).is_dir()) {
         crates += 1;
@@ -392,7 +395,7 @@ fn vague_lines(folder: &str) -> Vec<String> {
 fn texts_use_plain_words() {
     let hosts = fs::read_dir(root().join("host")).expect("a folder").flatten();
     let hosts = hosts.map(|entry| format!("host/{}/src", entry.file_name().to_string_lossy()));
-    let folders = hosts.chain(["kernels/src", "tests"].map(str::to_owned));
+    let folders = hosts.chain(["kernels/src", "python/src", "tests"].map(str::to_owned));
     let folders: Vec<String> = folders.filter(|folder| root().join(folder).is_dir()).collect();
     assert!(folders.len() > 10, "{folders:?}");
     for folder in folders {

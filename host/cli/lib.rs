@@ -15,7 +15,6 @@ mod values;
 
 use clap::{Parser, Subcommand};
 use std::ffi::OsString;
-use std::process::ExitCode;
 use terminal::Outcome;
 
 /// Monte Carlo verification of contact tasks: thousands of runs, in space and on the HIL facility side by side.
@@ -98,10 +97,11 @@ impl Command {
     }
 }
 
-/// Runs the command of an argument list, whose first item is the program's name; prints its answer or its errors.
+/// Runs the command of an argument list, whose first item is the program's name; prints its answer or its errors,
+/// and returns its exit code.
 ///
 /// Help, version and wrong arguments end the process, as clap does.
-pub fn command<I>(arguments: I) -> ExitCode
+pub fn command<I>(arguments: I) -> u8
 where
     I: IntoIterator,
     I::Item: Into<OsString> + Clone,

@@ -10,7 +10,6 @@ use softdock_session::SessionError;
 use std::fmt::Display;
 use std::io::Write;
 use std::path::Path;
-use std::process::ExitCode;
 
 /// Exit code of a command; the numbers are part of the interface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -122,12 +121,12 @@ impl From<softdock_bench::GauntletError> for Failure {
 }
 
 /// Prints the error, if there is one; returns the exit code.
-pub(crate) fn end(outcome: Outcome) -> ExitCode {
+pub(crate) fn end(outcome: Outcome) -> u8 {
     let exit = outcome.unwrap_or_else(|failure| {
         warn(failure.detail());
         failure.exit
     });
-    ExitCode::from(exit as u8)
+    exit as u8
 }
 
 /// Prints to standard output; ignores a closed pipe (`| head`).

@@ -19,7 +19,7 @@ fn rule(id: &str) -> Option<&'static RuleRow> {
 }
 
 /// Returns the text of a cause, with its limit if there is one.
-pub(crate) fn cause_text(id: &str, limit: Option<f64>) -> String {
+pub fn cause_text(id: &str, limit: Option<f64>) -> String {
     let criterion = match id {
         LIMIT => Some("beyond the requirement's limit"),
         NO_VALUE => Some("the metric has no value"),

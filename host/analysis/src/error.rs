@@ -35,7 +35,7 @@ pub enum AnalysisError {
 
 impl AnalysisError {
     /// Creates the error of a results folder whose runs lack a column.
-    pub(crate) fn of_column(results: &Path, error: &ColumnError) -> Self {
+    pub fn of_column(results: &Path, error: &ColumnError) -> Self {
         Self::Results { path: results.to_owned(), what: error.to_string() }
     }
 

@@ -26,7 +26,7 @@ mod tally;
 mod templates;
 mod terminal;
 
-pub use causes::cause_sentence;
+pub use causes::{cause_sentence, cause_text};
 pub use compare::{Compared, VariantInput, compare, compare_text};
 pub use compare_page::{compare_page, write_compare};
 pub use compare_results::{ResultsComparison, ResultsInput, compare_results, compare_results_text};

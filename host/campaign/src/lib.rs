@@ -2,6 +2,7 @@
 
 mod arm;
 pub mod arm_notes;
+mod author_units;
 pub mod campaign;
 pub mod cases;
 mod check;
@@ -56,6 +57,7 @@ pub mod urdf;
 mod variant;
 mod written;
 
+pub use author_units::AuthorUnit;
 pub use campaign::Campaign;
 pub use cases::Cases;
 pub use check::FILL_IN;
@@ -71,6 +73,7 @@ pub use scenario::Scenario;
 pub use scenario::contact::rebound_restitution;
 pub use scenario_key::ScenarioKey;
 pub use station::Station;
+pub use suggest::nearest;
 pub use variant::Variant;
 
 use std::path::Path;

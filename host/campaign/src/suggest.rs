@@ -1,7 +1,7 @@
 //! The nearest known word to a mistyped one.
 
 /// The candidate that is most like `word`, if one is near enough to be a slip.
-pub(crate) fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     // No name is longer: the comparison of a whole file with each name would take minutes.
     if word.len() > 200 {
         return None;

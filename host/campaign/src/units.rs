@@ -250,6 +250,11 @@ pub(crate) fn si_unit_of(text: &str) -> Option<&'static str> {
     KINDS.iter().map(|row| row.0).find(|si| parse(si).is_ok_and(|own| own.dimension == dimension))
 }
 
+/// The unit behind a number, empty for a pure number; `None` if a text does not begin with a number.
+pub(crate) fn unit_of(text: &str) -> Option<&str> {
+    split_number(text.trim()).map(|(_, unit)| unit.trim())
+}
+
 /// Whether a unit is a product of SI units without a factor (`N s/m`, not `N s/mm`).
 pub(crate) fn is_coherent(unit: &str) -> Result<bool, UnitError> {
     parse(unit).map(|unit| unit.numerator == unit.denominator)

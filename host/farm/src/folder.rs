@@ -435,6 +435,15 @@ impl ResultsFolder {
         }
     }
 
+    /// The error of a run that the folder does not hold.
+    pub(crate) fn no_run(&self, run: u64) -> FarmError {
+        let remedy = match self.campaign.cases() {
+            Some(_) => "its table of cases names the runs".to_owned(),
+            None => format!("the campaign has the runs 0 to {}", self.campaign.runs - 1),
+        };
+        FarmError::refused(format!("`{}` holds no run {run}", self.path.display()), remedy)
+    }
+
     /// Returns the runs and their division into shards.
     pub fn plan(&self) -> ShardPlan {
         ShardPlan { runs: self.campaign.runs, shard_runs: self.campaign.execution.shard_runs }

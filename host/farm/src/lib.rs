@@ -43,6 +43,7 @@ mod page;
 mod part;
 mod paths;
 mod progress_lines;
+pub mod query;
 mod repetitions;
 mod replay;
 mod rows;

@@ -1,6 +1,6 @@
 //! Replay of a run in f64, from exactly the inputs of its row.
 
-use crate::error::{FarmError, Result};
+use crate::error::Result;
 use crate::folder::ResultsFolder;
 use crate::run_engine::RunEngine;
 use crate::traces::record;
@@ -50,14 +50,7 @@ pub fn replay_run(results: &Path, run: u64, out: Option<&Path>) -> Result<Replay
     let folder = ResultsFolder::open(results)?;
     folder.refuse_variants()?;
     let index = folder.shards()?;
-    let row = index.read_run(run)?.ok_or_else(|| {
-        let message = format!("`{}` holds no run {}", folder.path.display(), run);
-        let remedy = match folder.campaign.cases() {
-            Some(_) => "its table of cases names the runs".to_owned(),
-            None => format!("the campaign has the runs 0 to {}", folder.campaign.runs - 1),
-        };
-        FarmError::refused(message, remedy)
-    })?;
+    let row = index.read_run(run)?.ok_or_else(|| folder.no_run(run))?;
     let shard = (folder.campaign.place_of(run).unwrap_or(run) / folder.campaign.execution.shard_runs) as u32;
     let by_cpu = index.complete.get(&shard).is_some_and(|file| file.backend == "cpu");
     let reference = RunEngine::reference(&folder.campaign);

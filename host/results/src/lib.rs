@@ -3,6 +3,7 @@
 //! Files hold no time stamp, host or path, so that equal work gives equal bytes; they appear whole or not at all,
 //! so that two writers of one shard and a killed writer are normal cases.
 
+pub mod arrow_table;
 mod atomic;
 pub mod contact_events;
 pub mod drive_log;

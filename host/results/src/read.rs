@@ -3,6 +3,8 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use arrow_array::{RecordBatch, RecordBatchReader};
+use arrow_schema::SchemaRef;
 use bytes::Bytes;
 use parquet::arrow::ProjectionMask;
 use parquet::arrow::arrow_reader::{ParquetRecordBatchReader, ParquetRecordBatchReaderBuilder};
@@ -80,9 +82,14 @@ impl TableReader {
 
     /// The rows, as tables of a few thousand.
     pub fn batches(self) -> Result<Batches> {
+        Ok(Batches(self.record_batches()?))
+    }
+
+    /// The rows as record batches of a few thousand.
+    pub(crate) fn record_batches(self) -> Result<RecordBatches> {
         let (path, builder) = (&self.path, self.builder);
         let reader = guarded(path, || builder.build().map_err(ResultsError::parquet(path)))?;
-        Ok(Batches { path: self.path, reader, is_over: false })
+        Ok(RecordBatches { path: self.path, reader, is_over: false })
     }
 
     /// All rows at once: for small tables.
@@ -102,29 +109,48 @@ impl TableReader {
     }
 }
 
-/// The rows of one file, as tables of a few thousand.
-pub struct Batches {
+/// The rows of one file, as record batches.
+pub(crate) struct RecordBatches {
     path: PathBuf,
     reader: ParquetRecordBatchReader,
     is_over: bool,
 }
 
-impl Iterator for Batches {
-    type Item = Result<Table>;
+impl RecordBatches {
+    /// The schema of the batches.
+    pub(crate) fn schema(&self) -> SchemaRef {
+        self.reader.schema()
+    }
+}
+
+impl Iterator for RecordBatches {
+    type Item = Result<RecordBatch>;
 
     fn next(&mut self) -> Option<Self::Item> {
         if self.is_over {
             return None;
         }
         let (path, reader) = (&self.path, &mut self.reader);
-        let table = guarded(path, || {
-            let Some(batch) = reader.next() else { return Ok(None) };
-            let batch = batch.map_err(ResultsError::parquet(path))?;
-            Table::from_batch(&batch).map(Some).map_err(|name| unknown(path, &name))
-        });
+        let batch = guarded(path, || reader.next().transpose().map_err(ResultsError::parquet(path)));
         // Behind an error the library's reader is in no known state.
-        self.is_over = !matches!(table, Ok(Some(_)));
-        table.transpose()
+        self.is_over = !matches!(batch, Ok(Some(_)));
+        batch.transpose()
+    }
+}
+
+/// The rows of one file, as tables of a few thousand.
+pub struct Batches(RecordBatches);
+
+impl Iterator for Batches {
+    type Item = Result<Table>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let batch = self.0.next()?;
+        let path = &self.0.path;
+        let table_of = |batch| guarded(path, || Table::from_batch(&batch).map_err(|name| unknown(path, &name)));
+        let table = batch.and_then(table_of);
+        self.0.is_over |= table.is_err();
+        Some(table)
     }
 }
 

@@ -446,7 +446,7 @@ impl ShardIndex {
         Ok(None)
     }
 
-    fn paths(&self) -> Vec<PathBuf> {
+    pub(crate) fn paths(&self) -> Vec<PathBuf> {
         self.complete.values().map(|file| file.path.clone()).collect()
     }
 }

@@ -111,7 +111,7 @@ impl Values {
     }
 
     /// Puts the rows of another part of the same column behind these; false if the types differ.
-    fn append(&mut self, other: Self) -> bool {
+    pub(crate) fn append(&mut self, other: Self) -> bool {
         match (self, other) {
             (Self::U64(values), Self::U64(mut more)) => values.append(&mut more),
             (Self::I64(values), Self::I64(mut more)) => values.append(&mut more),
@@ -156,7 +156,7 @@ impl Values {
     }
 
     /// The values of an array, or `None` for a type that the contract does not use.
-    fn from_array(array: &dyn Array) -> Option<Self> {
+    pub(crate) fn from_array(array: &dyn Array) -> Option<Self> {
         let any = array.as_any();
         if let Some(values) = any.downcast_ref::<UInt64Array>() {
             return Some(Self::U64(values.values().to_vec()));
