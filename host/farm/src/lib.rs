@@ -82,6 +82,7 @@ pub use progress_lines::ProgressLines;
 pub use replay::{ReplayedRun, replay_run};
 pub use run::run;
 pub use select::{Selection, load_campaign};
+pub use signals::signal_rows;
 pub use slurm::{SlurmJobs, SlurmOptions, slurm_state, submit_slurm_scripts, write_slurm_scripts};
 pub use status::{FolderStatus, report, results_of, status};
 pub use verify::{Verification, verify};
