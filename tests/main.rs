@@ -5,6 +5,7 @@ mod bench;
 mod cli;
 mod contact_events;
 mod diagnose;
+mod discovery;
 mod docs;
 mod drive;
 mod engine_loss;

@@ -6,7 +6,7 @@ use crate::terminal::{Exit, Format, Outcome, warn};
 use crate::values::{named, runs};
 use clap::Args;
 use softdock_analysis::plan::{parse_share, plan_json, plan_text};
-use softdock_campaign::Campaign;
+use softdock_campaign::{Campaign, Setting, Settings};
 use softdock_engine::Choice;
 use softdock_farm::check::{check_json, check_text};
 use softdock_farm::step::step;
@@ -25,7 +25,8 @@ space and on the facility. A start at which the parts overlap by more than task.
 
 Examples:
   softdock check campaigns/probe_drogue.toml --runs 10000
-  softdock check campaigns/probe_drogue.toml --step 200 --scene start.svg")]
+  softdock check campaigns/probe_drogue.toml --step 200 --scene start.svg
+  softdock check campaigns/probe_drogue.toml --set 'scenario.contact.friction=0.3'")]
 pub(crate) struct CheckArgs {
     /// Campaign file.
     campaign: PathBuf,
@@ -44,21 +45,25 @@ pub(crate) struct CheckArgs {
     /// Draw the nominal start into this SVG file: side view, top view and the two parts.
     #[arg(long, value_name = "FILE")]
     scene: Option<PathBuf>,
-    #[command(flatten)]
-    format: Format,
+    /// Value in the place of the written one, several times: a key of the campaign, of its scenario (scenario.KEY) or of its
+    /// facility file (station.KEY).
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<Setting>,
 }
 
-pub(crate) fn check(args: &CheckArgs) -> Outcome {
-    let campaign = Campaign::load_with(&args.campaign, args.model.as_deref())?;
+pub(crate) fn check(args: &CheckArgs, format: &Format) -> Outcome {
+    let campaign = Campaign::load_set(&args.campaign, args.model.as_deref(), &Settings::new(args.set.clone())?)?;
     if let Some(path) = &args.scene {
         draw_nominal_start(&campaign, path)?;
         warn(format!("scene  {}", path.display()));
     }
     let choice = args.backend.unwrap_or_else(|| choice_of(&campaign));
-    let stepped = step(&campaign, args.step, choice, Terminal::new().context())?;
+    let terminal = Terminal::new("check");
+    let stepped = step(&campaign, args.step, choice, terminal.context())?;
     let (mut answer, text) = (check_json(&campaign, args.runs)?, check_text(&campaign, args.runs)?);
     answer["stepped"] = stepped.json();
-    args.format.print(|| answer, || text + &stepped.text());
+    terminal.end();
+    format.print(|| answer, || text + &stepped.text());
     Ok(Exit::Done)
 }
 
@@ -75,14 +80,12 @@ pub(crate) struct PlanArgs {
     /// Runs of your campaign.
     #[arg(long, value_name = "N", value_parser = runs())]
     runs: Option<u64>,
-    #[command(flatten)]
-    format: Format,
 }
 
-pub(crate) fn plan(args: &PlanArgs) -> Outcome {
+pub(crate) fn plan(args: &PlanArgs, format: &Format) -> Outcome {
     let (probability, confidence) = (args.probability, args.confidence);
     let json = || plan_json(probability, confidence, args.runs);
-    args.format.print(json, || plan_text(probability, confidence, args.runs));
+    format.print(json, || plan_text(probability, confidence, args.runs));
     Ok(Exit::Done)
 }
 
@@ -97,6 +100,7 @@ Examples:
   softdock run campaigns/probe_drogue.toml --runs 4000                     (2000 more of a campaign of 2000)
   softdock run campaigns/compensators.toml --variant smith                 (one facility of several)
   softdock run campaigns/probe_drogue.toml --cases corners.csv             (these inputs; no verdict)
+  softdock run campaigns/probe_drogue.toml --set 'scenario.contact.friction=0.3' --out results/slippery
   softdock run --only-failed results/probe_drogue                          (into results/probe_drogue_failed)")]
 pub(crate) struct RunArgs {
     /// Campaign file.
@@ -132,12 +136,14 @@ pub(crate) struct RunArgs {
     /// Only this variant of the campaign.
     #[arg(long, value_name = "NAME")]
     variant: Option<String>,
-    #[command(flatten)]
-    format: Format,
+    /// Value in the place of the written one, several times: a key of the campaign, of its scenario (scenario.KEY) or of its
+    /// facility file (station.KEY).
+    #[arg(long, value_name = "KEY=VALUE", conflicts_with = "only_failed")]
+    set: Vec<Setting>,
 }
 
-pub(crate) fn run(args: &RunArgs) -> Outcome {
-    let terminal = Terminal::new();
+pub(crate) fn run(args: &RunArgs, format: &Format) -> Outcome {
+    let terminal = Terminal::new("run");
     let context = terminal.context();
     let (campaign, out) = if let Some(results) = &args.only_failed {
         let out = failed_results(results, args.out.as_deref())?;
@@ -150,6 +156,7 @@ pub(crate) fn run(args: &RunArgs) -> Outcome {
             seed: args.seed,
             variant: args.variant.clone(),
             cases: args.cases.clone(),
+            settings: Settings::new(args.set.clone())?,
         };
         let file = args.campaign.as_ref().expect("clap requires it without --only-failed");
         let campaign = load_campaign(file, &selection, context)?;
@@ -158,5 +165,7 @@ pub(crate) fn run(args: &RunArgs) -> Outcome {
     };
     let choice = args.backend.unwrap_or_else(|| choice_of(&campaign));
     let options = RunOptions { choice, part: args.shard, is_fresh: args.fresh, ..RunOptions::default() };
-    show(&softdock_farm::run(campaign, &out, &options, context)?, &args.format)
+    let ended = softdock_farm::run(campaign, &out, &options, context)?;
+    terminal.end();
+    show(&ended, format)
 }

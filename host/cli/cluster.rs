@@ -2,9 +2,10 @@
 
 use crate::progress::Terminal;
 use crate::results::show;
-use crate::terminal::{Exit, Failure, Format, Outcome, print, warn};
+use crate::terminal::{Exit, Failure, Format, Outcome, warn};
 use crate::values::{named, runs};
 use clap::Args;
+use serde_json::json;
 use softdock_engine::Choice;
 use softdock_farm::{Part, RunOptions, Selection, SlurmOptions, array_part, finish_folder, load_campaign};
 use softdock_farm::{submit_slurm_scripts, work, write_slurm_scripts};
@@ -28,10 +29,12 @@ pub(crate) struct WorkerArgs {
     backend: Choice,
 }
 
-pub(crate) fn worker(args: &WorkerArgs) -> Outcome {
+pub(crate) fn worker(args: &WorkerArgs, format: &Format) -> Outcome {
     let options = RunOptions { choice: args.backend, part: args.part, ..RunOptions::default() };
-    let incomplete = work(&args.results, &options, Terminal::new().context())?;
+    let incomplete = work(&args.results, &options, Terminal::new("worker").context())?;
     incomplete.iter().for_each(warn);
+    let results = &args.results;
+    format.print(|| json!({ "results": results, "is_complete": incomplete.is_none() }), String::new);
     Ok(if incomplete.is_some() { Exit::Incomplete } else { Exit::Done })
 }
 
@@ -47,12 +50,11 @@ Example:
 pub(crate) struct FinishArgs {
     /// Results folder.
     results: PathBuf,
-    #[command(flatten)]
-    format: Format,
 }
 
-pub(crate) fn finish(args: &FinishArgs) -> Outcome {
-    show(&finish_folder(&args.results, Terminal::new().context())?, &args.format)
+pub(crate) fn finish(args: &FinishArgs, format: &Format) -> Outcome {
+    let ended = finish_folder(&args.results, Terminal::new("finish").context())?;
+    show(&ended, format)
 }
 
 /// Run a campaign as an array job of a cluster.
@@ -99,8 +101,8 @@ pub(crate) struct SubmitArgs {
     dry_run: bool,
 }
 
-pub(crate) fn submit(args: &SubmitArgs) -> Outcome {
-    let terminal = Terminal::new();
+pub(crate) fn submit(args: &SubmitArgs, format: &Format) -> Outcome {
+    let terminal = Terminal::new("submit");
     let selection = Selection { runs: args.runs, seed: args.seed, ..Selection::default() };
     let campaign = load_campaign(&args.campaign, &selection, terminal.context())?;
     let results = selection.results(args.out.as_deref(), &campaign.id);
@@ -113,10 +115,13 @@ pub(crate) fn submit(args: &SubmitArgs) -> Outcome {
         finish_sbatch: args.finish_sbatch.clone(),
     };
     let scripts = write_slurm_scripts(campaign, &results, &options, terminal.context())?;
+    terminal.end();
     if args.dry_run {
-        scripts.iter().for_each(|script| print(script.display()));
+        let lines = || scripts.iter().map(|script| format!("{}\n", script.display())).collect();
+        format.print(|| json!({ "scripts": scripts }), lines);
     } else {
-        print(submit_slurm_scripts(&results, &scripts)?.text(&results));
+        let jobs = submit_slurm_scripts(&results, &scripts)?;
+        format.print(|| json!({ "scripts": scripts, "jobs": jobs }), || jobs.text(&results));
     }
     Ok(Exit::Done)
 }
@@ -158,12 +163,14 @@ enum Direction {
 }
 
 #[cfg(feature = "s3")]
-pub(crate) fn store(args: &StoreArgs) -> Outcome {
-    let terminal = Terminal::new();
+pub(crate) fn store(args: &StoreArgs, format: &Format) -> Outcome {
+    let terminal = Terminal::new("store");
     let done = match &args.direction {
         Direction::Push { results, url } => softdock_farm::store::push(results, url, terminal.context())?,
         Direction::Pull { url, results } => softdock_farm::store::pull(url, results, terminal.context())?,
     };
-    print(format!("{} files written, {} existed with equal bytes", done.written, done.existing));
+    let (written, existing) = (done.written, done.existing);
+    let text = || format!("{written} files written, {existing} existed with equal bytes");
+    format.print(|| json!({ "written": written, "existing": existing }), text);
     Ok(Exit::Done)
 }

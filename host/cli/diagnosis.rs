@@ -1,9 +1,10 @@
 //! `softdock identify` and `diagnose`: models from recordings, and the causes of their deviations.
 
 use crate::progress::Terminal;
-use crate::terminal::{Exit, Failure, Format, Outcome, print, warn, write};
+use crate::terminal::{Exit, Failure, Format, Outcome, warn, write};
 use crate::values::{named, positive, share_below_one};
 use clap::{Args, Subcommand};
+use serde_json::json;
 use softdock_campaign::{Rig, Robot};
 use softdock_diagnosis::data::hold_out::Every;
 use softdock_diagnosis::data::quality;
@@ -19,7 +20,7 @@ use softdock_diagnosis::verdict::answer::DiagnosisVerdict;
 use softdock_diagnosis::verdict::judged::Judged;
 use softdock_engine::simulator::Simulator;
 use softdock_engine::{Choice, EngineError};
-use softdock_farm::{FarmError, ModelComparison, default_results, device_failure};
+use softdock_farm::{Context, FarmError, ModelComparison, default_results, device_failure};
 use softdock_identify::contact::identification::{ContactOptions, identify_contact};
 use softdock_identify::contact::law::FittedLaw;
 use softdock_identify::contact::report::{contact_files, terminal as contact_text};
@@ -86,8 +87,6 @@ struct RobotArgs {
     /// Seed of the design.
     #[arg(long, value_name = "N", default_value_t = 1, requires = "design")]
     seed: u64,
-    #[command(flatten)]
-    format: Format,
 }
 
 /// Identify stiffness, damping, exponent, restitution and friction of a contact.
@@ -123,8 +122,6 @@ struct ContactArgs {
     /// Results folder; `results/identify_ID` if not given.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    #[command(flatten)]
-    format: Format,
 }
 
 /// Laws that can be identified.
@@ -134,32 +131,36 @@ const LAWS: [(&str, &str, FittedLaw); 3] = [
     ("rebound", "F = K d^n (1 + D d'/v), the same restitution at every speed v of approach", FittedLaw::Rebound),
 ];
 
-pub(crate) fn identify(args: &IdentifyArgs) -> Outcome {
+pub(crate) fn identify(args: &IdentifyArgs, format: &Format) -> Outcome {
     match &args.system {
-        Identify::Robot(args) => identify_links(args),
-        Identify::Contact(args) => identify_law(args),
+        Identify::Robot(args) => identify_links(args, format),
+        Identify::Contact(args) => identify_law(args, format),
     }
 }
 
-fn identify_law(args: &ContactArgs) -> Outcome {
+fn identify_law(args: &ContactArgs, format: &Format) -> Outcome {
     let rig = Rig::load(&args.rig)?;
     let options = ContactOptions { hold_out: args.hold_out, law: args.law, seed: args.seed };
+    let terminal = Terminal::new("identify contact");
     let found = identify_contact(&rig, &paths(&args.data), &options)?;
+    terminal.end();
     let command = CommandLine::new("identify contact", std::slice::from_ref(&args.rig)).files("data", &args.data);
     let command = command.option("hold-out", Some(args.hold_out)).option("law", args.law.map(FittedLaw::word));
     let work = contact_files(&found, &command.option("seed", Some(args.seed)).text())?;
     let folder = args.out.clone().unwrap_or_else(|| default_results(&format!("identify_{}", rig.id)));
     let written = write(&folder, &work.files)?;
-    args.format.print(|| work.figures, || format!("{}\n\n{written}", contact_text(&found)));
+    format.print(|| work.figures, || format!("{}\n\n{written}", contact_text(&found)));
     Ok(Exit::Done)
 }
 
-fn identify_links(args: &RobotArgs) -> Outcome {
+fn identify_links(args: &RobotArgs, format: &Format) -> Outcome {
     let prior = Robot::load(&args.model)?;
+    let terminal = Terminal::new("identify robot");
     let (name, work, text) = if args.design { design_motion(args, &prior)? } else { fit_robot(args, &prior)? };
+    terminal.end();
     let folder = args.out.clone().unwrap_or_else(|| default_results(&name));
     let written = write(&folder, &work.files)?;
-    args.format.print(|| work.figures, || format!("{text}\n\n{written}"));
+    format.print(|| work.figures, || format!("{text}\n\n{written}"));
     Ok(Exit::Done)
 }
 
@@ -240,10 +241,8 @@ pub(crate) struct DiagnoseArgs {
     /// Results folder; `results/diagnose_ID` if not given.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    #[command(flatten)]
-    format: Format,
     /// Print the kinds of plants with the names of their signals, and diagnose nothing.
-    #[arg(long, exclusive = true)]
+    #[arg(long, conflicts_with_all = ["model", "logs"])]
     signals: bool,
 }
 
@@ -256,9 +255,9 @@ fn repeat_command(args: &DiagnoseArgs, model: &PathBuf) -> String {
     args.without.iter().fold(command, |command, id| command.option("without", Some(id))).text()
 }
 
-pub(crate) fn diagnose(args: &DiagnoseArgs) -> Outcome {
+pub(crate) fn diagnose(args: &DiagnoseArgs, format: &Format) -> Outcome {
     let Some(file) = args.model.as_ref().filter(|_| !args.signals) else {
-        print(signals_text());
+        format.print(|| json!({ "text": signals_text() }), signals_text);
         return Ok(Exit::Done);
     };
     let options = DiagnosisOptions {
@@ -268,6 +267,7 @@ pub(crate) fn diagnose(args: &DiagnoseArgs) -> Outcome {
         half_step: args.half_step,
         simulator: Simulator::open(args.backend, warn_of_lanes).map_err(FarmError::from)?,
     };
+    let terminal = Terminal::new("diagnose");
     let model = DiagnosedModel::load(file)?;
     let mut prepared = model.prepare(&paths(&args.logs), &paths(&args.holdout), &options)?;
     // Printed before the long computation: the causes that these channels can isolate.
@@ -287,15 +287,15 @@ pub(crate) fn diagnose(args: &DiagnoseArgs) -> Outcome {
     let mut work = model.files(&diagnosis, &judged, &repeat_command(args, file))?;
     let folder = args.out.clone().unwrap_or_else(|| default_results(&format!("diagnose_{}", model.id())));
     let written = write(&folder, &work.files)?;
-    let comparison = compared(args, &folder, work.files.iter().any(|file| file.name == EXTENDED))?;
+    let comparison = compared(args, &folder, work.files.iter().any(|file| file.name == EXTENDED), terminal.context())?;
     if let Some(comparison) = &comparison {
         work.figures["comparison"] = comparison.json();
         let command = repeat_command(args, file);
         write(&folder, &[model.page(&diagnosis, &judged, &command, Some(&comparison.text()))?])?;
     }
+    terminal.end();
     let comparison = comparison.map_or_else(String::new, |comparison| comparison.text() + "\n");
-    args.format
-        .print(|| work.figures, || format!("{}\n\n{comparison}{written}", DiagnosisSummary::of(&diagnosis).text()));
+    format.print(|| work.figures, || format!("{}\n\n{comparison}{written}", DiagnosisSummary::of(&diagnosis).text()));
     Ok(Exit::Done)
 }
 
@@ -319,14 +319,18 @@ fn warn_of_lanes(error: &EngineError) {
 }
 
 /// Compares the verdicts of the campaign of --compare with and without the extended model, if there is one.
-fn compared(args: &DiagnoseArgs, folder: &Path, is_extended: bool) -> Result<Option<ModelComparison>, Failure> {
+fn compared(
+    args: &DiagnoseArgs,
+    folder: &Path,
+    is_extended: bool,
+    context: Context,
+) -> Result<Option<ModelComparison>, Failure> {
     let Some(campaign) = &args.compare else { return Ok(None) };
     if !is_extended {
         warn("no comparison: no identified effect changes a verdict");
         return Ok(None);
     }
-    let (extended, terminal) = (folder.join(EXTENDED), Terminal::new());
-    Ok(Some(ModelComparison::of(campaign, &extended, args.compare_runs, terminal.context())?))
+    Ok(Some(ModelComparison::of(campaign, &folder.join(EXTENDED), args.compare_runs, context)?))
 }
 
 fn paths(paths: &[PathBuf]) -> Vec<&Path> {

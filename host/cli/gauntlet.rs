@@ -1,9 +1,10 @@
 //! `softdock bench diagnosis`: runs the missing cases of the gauntlet, then scores all finished ones.
 
 use crate::progress::{listen, stopped};
-use crate::terminal::{Exit, Format, Outcome, print, warn, write};
+use crate::terminal::{Exit, Format, Outcome, warn, write};
 use crate::values::named;
 use clap::Args;
+use serde_json::json;
 use softdock_bench::cases::{count_missing, lay_out_case, run_missing, score_files, selected};
 use softdock_bench::plan::{Case, Extent, MachineKind, WantedCases, plan, shard};
 use softdock_bench::real::cases::{RealCase, cases};
@@ -76,7 +77,7 @@ pub(crate) struct BenchDiagnosisArgs {
     #[arg(long)]
     score: bool,
     /// Run nothing: write model and recordings of one case into the results folder, ready for `softdock diagnose`.
-    #[arg(long, value_name = "CASE", conflicts_with_all = ["score", "shard", "only", "multiples", "json"])]
+    #[arg(long, value_name = "CASE", conflicts_with_all = ["score", "shard", "only", "multiples"])]
     lay_out: Option<String>,
     /// Plant effects in measured recordings, whose true errors besides are real.
     #[arg(long, conflicts_with_all = ["size", "machine", "plants", "draws", "multiples"])]
@@ -87,13 +88,11 @@ pub(crate) struct BenchDiagnosisArgs {
     /// Results folder; `results/bench_diagnosis_SIZE` if not given.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    #[command(flatten)]
-    format: Format,
 }
 
-pub(crate) fn bench_diagnosis(args: &BenchDiagnosisArgs) -> Outcome {
+pub(crate) fn bench_diagnosis(args: &BenchDiagnosisArgs, format: &Format) -> Outcome {
     if args.real {
-        return bench_real(args);
+        return bench_real(args, format);
     }
     let wanted =
         WantedCases { extent: args.size, machine: args.machine, plants: args.plants.clone(), draws: args.draws };
@@ -101,7 +100,8 @@ pub(crate) fn bench_diagnosis(args: &BenchDiagnosisArgs) -> Outcome {
     let folder = args.out.clone().unwrap_or_else(|| default_results(&format!("bench_diagnosis_{}", args.size.word())));
     if let Some(id) = &args.lay_out {
         let command = lay_out_case(&all, id, &folder)?;
-        print(format!("{id}; its truth is in {}/sealed\n\n  {command}", folder.display()));
+        let text = || format!("{id}; its truth is in {}/sealed\n\n  {command}", folder.display());
+        format.print(|| json!({ "case": id, "folder": folder, "command": command }), text);
         return Ok(Exit::Done);
     }
     if !args.score {
@@ -114,7 +114,7 @@ pub(crate) fn bench_diagnosis(args: &BenchDiagnosisArgs) -> Outcome {
     let command = command.option("machine", machine).option("plants", plants).option("draws", args.draws).text();
     let (figures, files) = score_files(&score, &command)?;
     let written = write(&folder, &files)?;
-    args.format.print(|| figures, || format!("{}\n{written}", summary_text::text(&score)));
+    format.print(|| figures, || format!("{}\n{written}", summary_text::text(&score)));
     let missing = count_missing(&all, &folder)?;
     if missing > 0 {
         warn(format!("{missing} of {} cases are missing; the same command resumes", all.len()));
@@ -133,13 +133,14 @@ fn run(all: &[Case], args: &BenchDiagnosisArgs, folder: &Path) -> Result<(), Gau
 }
 
 /// Runs the missing cases in measured recordings, then scores all finished ones.
-fn bench_real(args: &BenchDiagnosisArgs) -> Outcome {
+fn bench_real(args: &BenchDiagnosisArgs, format: &Format) -> Outcome {
     let data = args.data.clone().or_else(|| std::env::var_os(DATA).map(PathBuf::from));
     let data = data.unwrap_or_else(|| PathBuf::from("tests/data"));
     let folder = args.out.clone().unwrap_or_else(|| default_results("bench_diagnosis_real"));
     if let Some(id) = &args.lay_out {
         let command = trial::lay_out_case(id, &data, &folder)?;
-        print(format!("{id}\n\n  {command}"));
+        let json = || json!({ "case": id, "folder": folder, "command": command });
+        format.print(json, || format!("{id}\n\n  {command}"));
         return Ok(Exit::Done);
     }
     let (present, absent): (Vec<&MeasuredSet>, Vec<&MeasuredSet>) = SETS.iter().partition(|set| set.is_in(&data));
@@ -163,7 +164,7 @@ fn bench_real(args: &BenchDiagnosisArgs) -> Outcome {
     let records = trial::finished(&folder)?;
     let score = real::score::score(&records);
     let written = write(&folder, &real::score::files(&score)?)?;
-    args.format.print(
+    format.print(
         || serde_json::to_value(&score).expect("string keys"),
         || format!("{}\n{written}", real::score::text(&score)),
     );

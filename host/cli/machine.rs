@@ -2,18 +2,20 @@
 
 use crate::gauntlet::{BenchDiagnosisArgs, bench_diagnosis};
 use crate::progress::Terminal;
-use crate::terminal::{Exit, Failure, Format, Outcome, print};
+use crate::terminal::{Exit, Failure, Format, Outcome, print_bytes, write_file};
 use crate::values::{named, positive, runs};
 use clap::{Args, Subcommand};
+use serde_json::json;
 use softdock_analysis::{MapCurve, map_page, map_text};
 use softdock_engine::bench::{Windows, measure_machine};
-use softdock_engine::map::{LimitCurve, stability_map};
+use softdock_engine::map::{LimitCurve, count_limits, stability_map};
 use softdock_engine::{Choice, open};
-use softdock_farm::{CardOptions, Selection, card_report, load_campaign};
+use softdock_farm::{CardOptions, Observer, Selection, Work, card_report, load_campaign};
 use softdock_kernels::frame::Batch;
 use softdock_kernels::plant::Plant;
 use softdock_tracer::kernel::kernel;
 use std::path::PathBuf;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Print the JSON Schema of campaign, scenario, rig or robot files, for editors.
 #[derive(Args, Debug)]
@@ -35,7 +37,7 @@ const SCHEMAS: [SchemaRow; 4] = [
 ];
 
 pub(crate) fn schema(args: &SchemaArgs) -> Outcome {
-    print((args.kind)());
+    print_bytes(format!("{}\n", (args.kind)()).as_bytes());
     Ok(Exit::Done)
 }
 
@@ -48,9 +50,10 @@ pub(crate) struct KernelArgs {
 }
 
 /// Prints the WGSL module: structs with units and meanings, the frame, the traced stages with their operation counts.
-pub(crate) fn kernel_listing(args: &KernelArgs) -> Outcome {
+pub(crate) fn kernel_listing(args: &KernelArgs, format: &Format) -> Outcome {
     let scenario = softdock_campaign::load_scenario(&args.scenario)?;
-    print(kernel(&Plant::new(scenario.model), Batch::whole()).text);
+    let text = kernel(&Plant::new(scenario.model), Batch::whole()).text;
+    format.print(|| json!({ "wgsl": text }), || text.clone());
     Ok(Exit::Done)
 }
 
@@ -78,18 +81,31 @@ pub(crate) struct MapArgs {
     out: Option<PathBuf>,
 }
 
-pub(crate) fn map(args: &MapArgs) -> Outcome {
+pub(crate) fn map(args: &MapArgs, format: &Format) -> Outcome {
     let (mass, delay) = (args.mass_kg, 1e-3 * args.delay_ms);
     let curve =
         |LimitCurve { name, linear, energy, closed }| MapCurve { name: String::from(name), linear, energy, closed };
-    let limits = stability_map(mass, delay, if args.quick { 3 } else { 1 });
+    let every = if args.quick { 3 } else { 1 };
+    let (terminal, done) = (Terminal::new("map"), AtomicU64::new(0));
+    terminal.begin(Work::Map, count_limits(every) as u64);
+    let found = || terminal.progress(Work::Map, 1 + done.fetch_add(1, Ordering::Relaxed));
+    let limits = stability_map(mass, delay, every, &found);
+    terminal.end();
     let curves: Vec<MapCurve> = limits.into_iter().map(curve).collect();
-    print(map_text(&curves, mass / (delay * delay)));
     if let Some(path) = &args.out {
         let page = map_page(mass, args.delay_ms, &curves).map_err(Failure::of)?;
-        std::fs::write(path, page).map_err(Failure::of)?;
-        print(format!("map: {}", path.display()));
+        write_file(path, page.as_bytes())?;
     }
+    let stiffness = mass / (delay * delay);
+    let points = |curve: &MapCurve| json!({ "compensator": curve.name, "linear": curve.linear, "energy": curve.energy, "closed_form": curve.closed });
+    let json = || {
+        json!({
+            "mass_kg": mass, "delay_s": delay, "stiffness_unit_n_per_m": stiffness, "page": args.out,
+            "curves": curves.iter().map(points).collect::<Vec<_>>(),
+        })
+    };
+    let page = args.out.as_ref().map(|path| format!("map: {}", path.display())).unwrap_or_default();
+    format.print(json, || map_text(&curves, stiffness) + &page);
     Ok(Exit::Done)
 }
 
@@ -106,8 +122,6 @@ pub(crate) struct BenchArgs {
     /// Short windows: seconds instead of a minute, and figures that scatter more.
     #[arg(long)]
     quick: bool,
-    #[command(flatten)]
-    format: Format,
 }
 
 /// Measurements other than speed.
@@ -117,14 +131,16 @@ enum Measurement {
     Diagnosis(BenchDiagnosisArgs),
 }
 
-pub(crate) fn bench(args: &BenchArgs) -> Outcome {
+pub(crate) fn bench(args: &BenchArgs, format: &Format) -> Outcome {
     match &args.measurement {
-        Some(Measurement::Device(args)) => return bench_device(args),
-        Some(Measurement::Diagnosis(args)) => return bench_diagnosis(args),
+        Some(Measurement::Device(args)) => return bench_device(args, format),
+        Some(Measurement::Diagnosis(args)) => return bench_diagnosis(args, format),
         None => {}
     }
+    let terminal = Terminal::new("bench");
     let report = measure_machine(if args.quick { Windows::QUICK } else { Windows::FULL }).map_err(Failure::of)?;
-    args.format.print(|| serde_json::json!(report), || report.text());
+    terminal.end();
+    format.print(|| serde_json::json!(report), || report.text());
     Ok(Exit::Done)
 }
 
@@ -155,13 +171,11 @@ struct BenchDeviceArgs {
     /// Accept a software driver, to try the command.
     #[arg(long)]
     software: bool,
-    #[command(flatten)]
-    format: Format,
 }
 
 /// Measures one card, writes its report and prints it.
-fn bench_device(args: &BenchDeviceArgs) -> Outcome {
-    let (terminal, full) = (Terminal::new(), CardOptions::full());
+fn bench_device(args: &BenchDeviceArgs, format: &Format) -> Outcome {
+    let (terminal, full) = (Terminal::new("bench device"), CardOptions::full());
     let context = terminal.context();
     let selection = Selection { runs: Some(args.runs), ..Selection::default() };
     let campaign = load_campaign(&args.campaign, &selection, context)?;
@@ -173,15 +187,21 @@ fn bench_device(args: &BenchDeviceArgs) -> Outcome {
     };
     let report = card_report(campaign, &args.out.join("campaign"), &options, context)?;
     report.write(&args.out)?;
-    args.format.print(|| serde_json::json!(report), || report.text());
+    terminal.end();
+    format.print(|| serde_json::json!(report), || report.text());
     Ok(if report.faults.is_empty() { Exit::Done } else { Exit::NotVerified })
 }
 
 /// Opens each backend as `run` does, and prints its device.
-pub(crate) fn devices() -> Outcome {
-    for choice in [Choice::Cpu, Choice::Gpu, Choice::Auto] {
-        let device = open(choice, |_| ()).map_or_else(|error| error.to_string(), |engine| engine.device());
-        print(format!("--backend {:<4}  {device}", choice.word()));
-    }
+pub(crate) fn devices(format: &Format) -> Outcome {
+    let terminal = Terminal::new("devices");
+    let found = [Choice::Cpu, Choice::Gpu, Choice::Auto].map(|choice| match open(choice, |_| ()) {
+        Ok(engine) => (choice.word(), true, engine.device()),
+        Err(error) => (choice.word(), false, error.to_string()),
+    });
+    terminal.end();
+    let row = |(backend, is_present, device): &(&str, bool, String)| json!({ "backend": backend, "is_present": is_present, "device": device });
+    let line = |(backend, _, device): &(&str, bool, String)| format!("--backend {backend:<4}  {device}\n");
+    format.print(|| found.iter().map(row).collect(), || found.iter().map(line).collect());
     Ok(Exit::Done)
 }

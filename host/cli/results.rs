@@ -3,7 +3,7 @@
 use crate::progress::Terminal;
 use crate::terminal::{Exit, Format, Outcome, print, warn};
 use clap::Args;
-use serde_json::Value;
+use serde_json::{Value, json};
 use softdock_campaign::Campaign;
 use softdock_farm::{Ended, Shown, Verification, compare_folders, replay_run, results_of};
 use softdock_session::replay::{ReplayFiles, SessionLog};
@@ -26,14 +26,14 @@ pub(crate) fn show(ended: &Ended, format: &Format) -> Outcome {
 pub(crate) struct StatusArgs {
     /// Results folder, or campaign file (then `results/ID`).
     path: PathBuf,
-    #[command(flatten)]
-    format: Format,
 }
 
-pub(crate) fn status(args: &StatusArgs) -> Outcome {
+pub(crate) fn status(args: &StatusArgs, format: &Format) -> Outcome {
     let results = results_of(&args.path, None)?;
+    let terminal = Terminal::new("status");
     let status = softdock_farm::status(&results)?;
-    args.format.print(|| status.shown.json(), || status.shown.text());
+    terminal.end();
+    format.print(|| status.shown.json(), || status.shown.text());
     status.notes(&results).iter().for_each(warn);
     Ok(Exit::of_code(status.shown.exit_code()))
 }
@@ -49,14 +49,14 @@ pub(crate) struct VerifyArgs {
     /// Results folder.
     #[arg(value_name = "DIR")]
     results: PathBuf,
-    #[command(flatten)]
-    format: Format,
 }
 
-pub(crate) fn verify(args: &VerifyArgs) -> Outcome {
+pub(crate) fn verify(args: &VerifyArgs, format: &Format) -> Outcome {
+    let terminal = Terminal::new("verify");
     let verified = softdock_farm::verify(&args.results)?;
+    terminal.end();
     let json = || verified.iter().map(Verification::json).collect::<Value>();
-    args.format.print(json, || verified.iter().map(|folder| folder.text() + "\n").collect());
+    format.print(json, || verified.iter().map(|folder| folder.text() + "\n").collect());
     Ok(Exit::of_code(Verification::worst_exit_code(&verified)))
 }
 
@@ -71,8 +71,9 @@ pub(crate) struct MergeArgs {
     parts: Vec<PathBuf>,
 }
 
-pub(crate) fn merge(args: &MergeArgs) -> Outcome {
-    show(&softdock_farm::merge(&args.parts, &args.out, Terminal::new().context())?, &Format { json: false })
+pub(crate) fn merge(args: &MergeArgs, format: &Format) -> Outcome {
+    let ended = softdock_farm::merge(&args.parts, &args.out, Terminal::new("merge").context())?;
+    show(&ended, format)
 }
 
 /// Compare two results folders: failures, rates, runs that changed, metrics, and keys that differ.
@@ -92,13 +93,13 @@ pub(crate) struct CompareArgs {
     /// Second results folder.
     #[arg(value_name = "B")]
     second: PathBuf,
-    #[command(flatten)]
-    format: Format,
 }
 
-pub(crate) fn compare(args: &CompareArgs) -> Outcome {
+pub(crate) fn compare(args: &CompareArgs, format: &Format) -> Outcome {
+    let terminal = Terminal::new("compare");
     let compared = compare_folders(&args.first, &args.second)?;
-    args.format.print(|| compared.json(), || compared.text());
+    terminal.end();
+    format.print(|| compared.json(), || compared.text());
     Ok(if compared.is_complete() { Exit::Done } else { Exit::Incomplete })
 }
 
@@ -124,14 +125,13 @@ pub(crate) struct JudgeArgs {
     /// Scenario file in place of the campaign's, if the runs were made with one.
     #[arg(long, value_name = "FILE", requires = "campaign")]
     model: Option<PathBuf>,
-    #[command(flatten)]
-    format: Format,
 }
 
-pub(crate) fn judge(args: &JudgeArgs) -> Outcome {
+pub(crate) fn judge(args: &JudgeArgs, format: &Format) -> Outcome {
     let load = |file: &PathBuf| Campaign::load_with(file, args.model.as_deref());
     let campaign = args.campaign.as_ref().map(load).transpose()?;
-    show(&softdock_farm::judge(&args.results, campaign, Terminal::new().context())?, &args.format)
+    let ended = softdock_farm::judge(&args.results, campaign, Terminal::new("judge").context())?;
+    show(&ended, format)
 }
 
 /// Write summary and report page of a results folder again.
@@ -145,9 +145,13 @@ pub(crate) struct ReportArgs {
     out: Option<PathBuf>,
 }
 
-pub(crate) fn report(args: &ReportArgs) -> Outcome {
+pub(crate) fn report(args: &ReportArgs, format: &Format) -> Outcome {
+    let terminal = Terminal::new("report");
     let ended = softdock_farm::report(&results_of(&args.path, args.out.as_deref())?)?;
-    ended.report_files().iter().for_each(|file| print(file.display()));
+    terminal.end();
+    let files = ended.report_files();
+    let lines = || files.iter().map(|file| format!("{}\n", file.display())).collect();
+    format.print(|| json!({ "files": files, "exit_code": ended.shown.exit_code() }), lines);
     Ok(Exit::of_code(ended.shown.exit_code()))
 }
 
@@ -182,22 +186,36 @@ pub(crate) struct ReplayArgs {
     out: Option<PathBuf>,
 }
 
-pub(crate) fn replay(args: &ReplayArgs) -> Outcome {
+pub(crate) fn replay(args: &ReplayArgs, format: &Format) -> Outcome {
     let (Some(results), Some(run)) = (&args.results, args.run) else {
-        return replay_log(args, args.log.as_ref().expect("clap requires it"));
+        return replay_log(args, args.log.as_ref().expect("clap requires it"), format);
     };
+    let terminal = Terminal::new("replay");
     let replayed = replay_run(results, run, args.out.as_deref())?;
-    print(replayed.text());
+    terminal.end();
+    let json = || {
+        let is_equal = replayed.differences.is_empty();
+        json!({
+            "run": replayed.run, "is_equal": is_equal, "is_f64": replayed.is_f64,
+            "differences": replayed.differences, "history": replayed.history,
+        })
+    };
+    format.print(json, || replayed.text());
     Ok(if replayed.is_wrong() { Exit::NotVerified } else { Exit::Done })
 }
 
-fn replay_log(args: &ReplayArgs, log: &Path) -> Outcome {
+fn replay_log(args: &ReplayArgs, log: &Path, format: &Format) -> Outcome {
+    let terminal = Terminal::new("replay");
     let log = SessionLog::read(log)?;
-    if let Some(reason) = log.ends_early() {
-        print(format!("the log ends early ({reason}): {} cycles up to there", log.cycles()));
+    let early = log.ends_early().map(ToString::to_string);
+    if let Some(reason) = &early {
+        warn(format!("the log ends early ({reason}): {} cycles up to there", log.cycles()));
     }
     let (campaign, model, facility) = (args.campaign.clone(), args.model.clone(), args.facility.clone());
     let replay = log.replay(&ReplayFiles { campaign, model, facility })?;
-    print(replay.text());
+    terminal.end();
+    let json =
+        || json!({ "is_equal": replay.is_equal(), "cycles": log.cycles(), "ends_early": early, "text": replay.text() });
+    format.print(json, || replay.text());
     Ok(if replay.is_equal() { Exit::Done } else { Exit::NotVerified })
 }

@@ -1,5 +1,6 @@
 //! `softdock rig init`: a rig file from logs.
 
+use crate::progress::Terminal;
 use crate::terminal::{Exit, Failure, Format, Outcome, write};
 use crate::values::positive;
 use clap::builder::PossibleValuesParser;
@@ -56,11 +57,9 @@ struct RigInitArgs {
     /// Replace existing files.
     #[arg(long)]
     force: bool,
-    #[command(flatten)]
-    format: Format,
 }
 
-pub(crate) fn rig(args: &RigArgs) -> Outcome {
+pub(crate) fn rig(args: &RigArgs, format: &Format) -> Outcome {
     let RigWork::Init(args) = &args.work;
     let name = args.out.file_name().map(|name| name.to_string_lossy().into_owned());
     let Some(file) = name.filter(|name| name.ends_with(".toml")) else {
@@ -74,7 +73,9 @@ pub(crate) fn rig(args: &RigArgs) -> Outcome {
         torque_scale: args.torque_scale,
         id: id_of(&file),
     };
+    let terminal = Terminal::new("rig init");
     let proposed = ProposedRig::of(&args.logs, &file, &options)?;
+    terminal.end();
     let folder = args.out.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let mut files = vec![ResultFile::new(&file, proposed.rig.clone())];
     files.extend(proposed.robot.iter().map(|(name, text)| ResultFile::new(name, text.clone())));
@@ -83,7 +84,7 @@ pub(crate) fn rig(args: &RigArgs) -> Outcome {
         return Err(Failure::new(message, "name another file with --out, or replace it with --force"));
     }
     let written = write(folder, &files)?;
-    args.format.print(|| json(&proposed, &written), || text(&proposed, &written, args));
+    format.print(|| json(&proposed, &written), || text(&proposed, &written, args));
     Ok(Exit::Done)
 }
 

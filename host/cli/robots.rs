@@ -1,9 +1,11 @@
 //! `softdock drive` and `emulate`: sessions on real or emulated robots.
 
+use crate::progress::Terminal;
 use crate::session_terminal::{SessionTerminal, handle_alarms};
-use crate::terminal::{Exit, Failure, Format, Outcome, print, readable, warn};
+use crate::terminal::{Exit, Failure, Format, Outcome, print, readable, warn, write_file};
 use crate::values::positive;
 use clap::Args;
+use serde_json::json;
 use softdock_realtime::drive::controls::Controls;
 use softdock_realtime::drive::runner::Alarms;
 use softdock_realtime::links::PROTOCOLS;
@@ -113,8 +115,6 @@ pub(crate) struct DriveArgs {
     /// Skip the prediction.
     #[arg(long)]
     no_band: bool,
-    #[command(flatten)]
-    format: Format,
 }
 
 /// Rights of the real-time cycle.
@@ -149,12 +149,13 @@ fn session_options(args: &DriveArgs) -> SessionOptions {
     }
 }
 
-pub(crate) fn drive(args: &DriveArgs) -> Outcome {
+pub(crate) fn drive(args: &DriveArgs, format: &Format) -> Outcome {
     let plan = SessionPlan::new(session_options(args))?;
     plan.repeat_warning().iter().for_each(warn);
     if let Some(folder) = &args.rsi_config {
         let files = plan.write_configurations(folder, &|notice| warn(notice))?;
-        files.iter().for_each(|path| print(path.display()));
+        let lines = || files.iter().map(|path| format!("{}\n", path.display())).collect();
+        format.print(|| json!({ "files": files }), lines);
         return Ok(Exit::Done);
     }
     plan.check_folder()?;
@@ -163,9 +164,13 @@ pub(crate) fn drive(args: &DriveArgs) -> Outcome {
         let remedy = "run it in a terminal, where the key g is GO, or add --serve or --go-after-check";
         return Err(Failure::new("an armed session needs a terminal or a page for GO", remedy));
     }
-    print(plan.text());
+    if format.json {
+        warn(plan.text())
+    } else {
+        print(plan.text())
+    }
     let ended = run(&plan, args.serve.as_deref())?;
-    report(&plan, &ended, args)
+    report(&plan, &ended, args, format)
 }
 
 /// Runs the session with the terminal as its operator, and a web page if requested.
@@ -181,22 +186,27 @@ fn run(plan: &SessionPlan, page: Option<&str>) -> Result<EndedSession, Failure> 
 }
 
 /// Prints the end of the session, and compares it with the prediction; returns the exit code.
-fn report(plan: &SessionPlan, ended: &EndedSession, args: &DriveArgs) -> Outcome {
+fn report(plan: &SessionPlan, ended: &EndedSession, args: &DriveArgs, format: &Format) -> Outcome {
     let exit = Exit::of_code(ended.outcome(plan).exit_code());
     if plan.task().check_only {
-        let is_coloured = std::io::stdout().is_terminal();
-        args.format.print(|| serde_json::json!(ended.answer(plan)), || checks_text(&ended.checklist, is_coloured));
+        format.print(|| json!(ended.answer(plan)), || checks_text(&ended.checklist));
         return Ok(exit);
     }
-    print(ended.text(plan));
+    if !format.json {
+        print(ended.text(plan));
+    }
     if let Some(refusal) = ended.refusal {
         warn(Failure::new("the session was refused", refusal).detail());
         return Ok(exit);
     }
-    if !args.no_band {
-        let predicted = plan.predict(ended, args.band_runs)?;
-        args.format.print(|| serde_json::json!(predicted), || predicted.text());
+    if args.no_band {
+        format.print(|| json!(ended.answer(plan)), String::new);
+        return Ok(exit);
     }
+    let terminal = Terminal::new("prediction");
+    let predicted = plan.predict(ended, args.band_runs)?;
+    terminal.end();
+    format.print(|| json!(predicted), || predicted.text());
     Ok(exit)
 }
 
@@ -252,7 +262,10 @@ pub(crate) struct EmulateArgs {
     seconds: Option<f64>,
 }
 
-pub(crate) fn emulate(args: &EmulateArgs) -> Outcome {
+/// Printed when the emulator listens.
+const RUNS: &str = "the emulated facility runs; Ctrl-C ends it";
+
+pub(crate) fn emulate(args: &EmulateArgs, format: &Format) -> Outcome {
     let options = EmulationOptions {
         scenario: args.scenario.clone(),
         run: args.experiment.clone().map(RunChoice::Experiment).or(args.run.map(RunChoice::Number)),
@@ -262,17 +275,22 @@ pub(crate) fn emulate(args: &EmulateArgs) -> Outcome {
         effects: args.effects.clone(),
         once: args.once,
     };
-    let report = |notice: EmulationNotice| if notice.is_warning() { warn(notice) } else { print(notice) };
+    let is_json = format.json;
+    let report = |notice: EmulationNotice| if notice.is_warning() || is_json { warn(notice) } else { print(notice) };
     let facility = FacilityEmulator::open(&options, &report)?;
     let stop = Arc::new(AtomicBool::new(false));
     let on_signal = Arc::clone(&stop);
     ctrlc::set_handler(move || on_signal.store(true, Ordering::Relaxed)).map_err(Failure::of)?;
-    print("the emulated facility runs; Ctrl-C ends it");
+    if is_json {
+        warn(RUNS)
+    } else {
+        print(RUNS)
+    }
     let rights = CycleRights { priority: args.cycle.priority, core: args.cycle.core };
     let summary = facility.serve(rights, args.seconds, &stop, &report)?;
-    print(summary.text());
     if let Some(path) = &args.truth {
-        std::fs::write(path, readable(&serde_json::json!(summary.truth))).map_err(Failure::of)?;
+        write_file(path, readable(&json!(summary.truth)).as_bytes())?;
     }
+    format.print(|| json!({ "text": summary.text(), "truth_file": args.truth }), || summary.text());
     Ok(Exit::Done)
 }

@@ -1,13 +1,14 @@
 //! Campaigns: loaded, checked, run.
 
-use crate::error::of_farm;
+use crate::error::{SoftdockError, of_farm};
 use crate::interrupt::interruptible;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use softdock_campaign::{Setting, Settings};
 use softdock_engine::Choice;
 use softdock_farm::check::{check_json, check_text};
 use softdock_farm::step::step;
-use softdock_farm::{Cancel, Context, RunOptions, Selection, Silent, choice_of, load_campaign};
+use softdock_farm::{Cancel, Context, RunOptions, Selection, Silent, choice_of, load_campaign, load_campaign_text};
 use std::path::PathBuf;
 
 /// A checked campaign.
@@ -20,20 +21,30 @@ pub(crate) struct NativeCampaign {
 #[pymethods]
 impl NativeCampaign {
     #[new]
-    #[pyo3(signature = (path, *, runs=None, seed=None, variant=None, model=None, cases=None))]
+    #[pyo3(signature = (path, text, settings, *, runs=None, seed=None, variant=None, model=None, cases=None))]
+    #[expect(clippy::too_many_arguments, reason = "keywords of Python")]
     fn new(
         py: Python<'_>,
         path: PathBuf,
+        text: Option<String>,
+        settings: Vec<String>,
         runs: Option<u64>,
         seed: Option<u64>,
         variant: Option<String>,
         model: Option<PathBuf>,
         cases: Option<PathBuf>,
     ) -> PyResult<Self> {
-        let selection = Selection { model, runs, seed, variant, cases };
+        let settings = settings.iter().map(|setting| setting.parse::<Setting>()).collect::<Result<_, _>>();
+        let settings = Settings::new(settings.map_err(SoftdockError::new_err)?);
+        let settings = settings.map_err(|problems| of_farm(problems.into()))?;
+        let selection = Selection { model, runs, seed, variant, cases, settings };
         py.detach(|| {
             let cancel = Cancel::default();
-            let campaign = load_campaign(&path, &selection, Context { observer: &Silent, cancel: &cancel });
+            let context = Context { observer: &Silent, cancel: &cancel };
+            let campaign = match text {
+                Some(text) => load_campaign_text(&path, text, &selection, context),
+                None => load_campaign(&path, &selection, context),
+            };
             Ok(Self { campaign: campaign.map_err(of_farm)?, selection })
         })
     }
@@ -125,4 +136,11 @@ fn choice_named(word: &str) -> PyResult<Choice> {
         let words: Vec<&str> = Choice::NAMED.iter().map(|(name, ..)| *name).collect();
         PyValueError::new_err(format!("backend is {word:?}; write one of: {}", words.join(", ")))
     })
+}
+
+/// The text of a file with the keys of a JSON object, in their order.
+#[pyfunction]
+pub(crate) fn toml_text(json: &str) -> PyResult<String> {
+    let table: toml::Table = serde_json::from_str(json).map_err(|error| SoftdockError::new_err(error.to_string()))?;
+    toml::to_string_pretty(&table).map_err(|error| SoftdockError::new_err(error.to_string()))
 }

@@ -16,7 +16,8 @@ create_exception!(
 
 /// The exception of wrong files: every problem with its place.
 fn of_problems(problems: Problems) -> PyErr {
-    let reports: Vec<String> = problems.into_iter().map(|problem| format!("{:?}", Report::new(problem))).collect();
+    let reports: Vec<String> =
+        problems.into_iter().map(|problem| softdock::report_text(&Report::new(problem))).collect();
     SoftdockError::new_err(reports.join("\n"))
 }
 

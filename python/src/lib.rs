@@ -11,7 +11,7 @@ use pyo3::prelude::*;
 #[pymodule(name = "_softdock")]
 mod module {
     #[pymodule_export]
-    use crate::campaign::NativeCampaign;
+    use crate::campaign::{NativeCampaign, toml_text};
     #[pymodule_export]
     use crate::error::SoftdockError;
     #[pymodule_export]

@@ -133,3 +133,67 @@ def test_identification_runs_the_command(tmp_path: Path) -> None:
         sd.identify("arm", model)
     with pytest.raises(sd.SoftdockError, match="missing.csv"):
         sd.diagnose(CAMPAIGNS / "rigs" / "emps.toml", [tmp_path / "missing.csv"], out=tmp_path / "out")
+
+
+def test_keys_are_set_with_their_units(tmp_path: Path) -> None:
+    campaign = sd.Campaign.load(CAMPAIGNS / "probe_drogue.toml", runs=20)
+    before = campaign.hash
+    campaign["dispersion[loop_delay].dist.max"] = "40 ms"
+    campaign["execution.shard_runs"] = 10
+    assert campaign.hash != before
+    results = campaign.run(tmp_path / "out", backend="cpu", progress=False)
+    assert max(results.runs(["in_loop_delay_s"])["in_loop_delay_s"]) < 0.040
+    assert len(list((results.path / "runs").glob("*.parquet"))) == 2
+
+    kept = campaign.hash
+    with pytest.raises(sd.SoftdockError, match="40 kg"):
+        campaign["dispersion[loop_delay].dist.max"] = "40 kg"
+    with pytest.raises(sd.SoftdockError, match="shard_runs"):
+        campaign["execution.shard_run"] = 10
+    with pytest.raises(TypeError, match="object"):
+        campaign["title"] = object()
+    assert campaign.hash == kept
+    # The sample is not part of the files.
+    campaign["runs"] = 30
+    assert (campaign.runs, campaign.hash) == (30, kept)
+
+
+def test_a_dictionary_is_a_campaign(tmp_path: Path) -> None:
+    import tomllib
+
+    path = CAMPAIGNS / "smoke.toml"
+    data = tomllib.loads(path.read_text())
+    data["id"] = "made"
+    data["runs"] = 16
+    campaign = sd.Campaign.from_dict(data, CAMPAIGNS)
+    results = campaign.run(tmp_path / "made", backend="cpu", progress=False)
+    assert results.id == "made"
+    assert sd.open(tmp_path / "made").verdict == results.verdict
+    same = sd.Campaign.load(path, runs=16).run(tmp_path / "same", backend="cpu", progress=False)
+    assert results.runs(["hil_peak_contact_force_n"])["hil_peak_contact_force_n"] == (
+        same.runs(["hil_peak_contact_force_n"])["hil_peak_contact_force_n"]
+    )
+    # The folder runs again on its own.
+    again = sd.Campaign.load(next((tmp_path / "made" / "campaign").rglob("made.toml")))
+    assert again.hash == campaign.hash
+    with pytest.raises(sd.SoftdockError, match="runs"):
+        sd.Campaign.from_dict({**data, "runs": "many"}, CAMPAIGNS)
+    with pytest.raises(sd.SoftdockError, match="no_such_file.toml"):
+        sd.Campaign.from_dict({**data, "scenario": "no_such_file.toml"}, CAMPAIGNS)
+
+
+def test_an_example_needs_no_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    campaign = sd.Campaign.example("first", runs=16)
+    assert (tmp_path / "first" / "smoke.toml").is_file()
+    assert campaign.run(progress=False).verdict in ("verified", "not_verified")
+    with pytest.raises(sd.SoftdockError, match="dock"):
+        sd.Campaign.example("docking")
+
+
+def test_lists_find_names_by_meaning() -> None:
+    assert "loop_delay" in [row["name"] for row in sd.params("latency")]
+    assert "peak_contact_force" in [row["name"] for row in sd.metrics()]
+    assert any(row["task"] == "dock" for row in sd.examples())
+    assert len(sd.effects()) > 30
+    assert "<table>" in sd.signals()._repr_html_()

@@ -12,12 +12,13 @@ use crate::ranges::MOST_RUNS;
 use crate::requirement::{AgreementRequirement, Requirement};
 use crate::scenario::Scenario;
 use crate::scenario_key::{Extra, ScenarioKey};
+use crate::source::Source;
 use crate::variant::Variant;
 use softdock_kernels::effects::EffectSet;
 use softdock_kernels::fields::{Field, fields};
 use softdock_kernels::params::Params;
 use std::ops::Range as Span;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Most shards: files of one folder.
 pub const MOST_SHARDS: u64 = 1_000_000;
@@ -168,6 +169,8 @@ pub struct Campaign {
     /// blake3 of campaign, scenario, URDF and tables, in hexadecimal.
     pub hash: String,
     pub(crate) files: Vec<PathBuf>,
+    /// The files in which the command line has set values.
+    pub(crate) edited: Vec<Source>,
     /// Inputs in the place of the draws, and the hash without them.
     pub(crate) cases: Option<(Cases, String)>,
 }
@@ -216,6 +219,11 @@ impl Campaign {
     /// Every file that was read: the campaign's own first, then scenario, URDF and tables.
     pub fn files(&self) -> &[PathBuf] {
         &self.files
+    }
+
+    /// The text of one of its files in which the command line has set values; `None` if the file was read as it is.
+    pub fn edited_text(&self, file: &Path) -> Option<&str> {
+        self.edited.iter().find(|edited| edited.path() == file).map(Source::text)
     }
 
     /// The same campaign with another number of runs and another seed.

@@ -3,10 +3,11 @@
 use crate::check::{Checker, span_of};
 use crate::covariance;
 use crate::distribution::{Distribution, kept_share};
+use crate::key_path::PREFIX;
 use crate::ranges::{in_words, legal, vector_name};
-use crate::scenario_key::{Extra, PREFIX, ScenarioKey};
+use crate::scenario_key::{Extra, ScenarioKey};
 use crate::source::Source;
-use crate::suggest::nearest;
+use crate::suggest::did_you_mean;
 use crate::units::{noun, quantity, show, suggestions};
 use crate::written::campaign::{CorrelationTable, DispersionTable, DistributionTable, OneOrMore};
 use crate::written::{At, Quantity};
@@ -544,13 +545,9 @@ pub(crate) fn find(c: &mut Checker, fields: &[Field], target: &At<String>) -> Op
     let found = fields.iter().position(|field| field.name == target.value);
     if found.is_none() {
         let names = fields.iter().flat_map(|f| [f.name.as_str(), vector_name(&f.name).unwrap_or(&f.name)]);
-        let remedy = match nearest(&target.value, names) {
-            Some(near) => format!("did you mean `{near}`?"),
-            None => {
-                let all: Vec<&str> = fields.iter().map(|field| field.name.as_str()).collect();
-                format!("write one of: {}", all.join(", "))
-            }
-        };
+        let names: Vec<&str> = names.collect();
+        let all = || fields.iter().map(|field| field.name.as_str()).collect::<Vec<_>>().join(", ");
+        let remedy = did_you_mean(&target.value, &names).unwrap_or_else(|| format!("write one of: {}", all()));
         c.refuse(&target.span, format!("there is no parameter `{}`", target.value), remedy);
     }
     found

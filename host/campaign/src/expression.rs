@@ -195,10 +195,8 @@ impl Parser<'_> {
         index.map(Expression::Name).ok_or_else(|| Fault {
             place,
             message: format!("there is no parameter `{word}`"),
-            remedy: crate::suggest::nearest(word, self.names.iter().copied()).map_or_else(
-                || "write a parameter's name, as in the list that `dispersion.target` takes".to_owned(),
-                |near| format!("did you mean `{near}`?"),
-            ),
+            remedy: crate::suggest::did_you_mean(word, self.names)
+                .unwrap_or_else(|| "write a parameter's name; `softdock params` lists them".to_owned()),
         })
     }
 

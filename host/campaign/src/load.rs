@@ -8,6 +8,7 @@ use crate::dispersion::{Class, Dispersion, DispersionReader};
 use crate::expression::Bounds;
 use crate::identified::IdentifiedEffect;
 use crate::kept;
+use crate::key_path::PREFIX;
 use crate::metric;
 use crate::no_effect::{self, IneffectiveKey};
 use crate::outcome_map;
@@ -16,11 +17,11 @@ use crate::ranges::MOST_RUNS;
 use crate::read;
 use crate::requirement;
 use crate::scenario::Scenario;
-use crate::scenario_key::{PREFIX, ScenarioKey};
+use crate::scenario_key::ScenarioKey;
 use crate::source::Source;
+use crate::source::settings::{SetFile, Settings};
 use crate::stability::Extremes;
 use crate::variant;
-use crate::written::At;
 use crate::written::campaign::{CampaignFile, ExecutionTable};
 use softdock_kernels::fields::{fields, from_slice};
 use softdock_kernels::params::Params;
@@ -44,14 +45,38 @@ impl Campaign {
     /// # Errors
     /// See [`load`](Self::load).
     pub fn load_with(path: &Path, model: Option<&Path>) -> Result<Self, Problems> {
-        let source = Source::read(path, None)?;
+        Self::load_set(path, model, &Settings::default())
+    }
+
+    /// The same with values of the command line in the place of those that campaign, scenario and facility file write.
+    ///
+    /// # Errors
+    /// See [`load`](Self::load); a problem with such a value names `--set`.
+    pub fn load_set(path: &Path, model: Option<&Path>, settings: &Settings) -> Result<Self, Problems> {
+        Self::of_source(Source::read(path, None)?, model, settings)
+    }
+
+    /// The same of a text in the place of the file `path`, which need not exist: paths in the text are relative to it.
+    ///
+    /// # Errors
+    /// See [`load_set`](Self::load_set).
+    pub fn load_text(path: &Path, text: String, model: Option<&Path>, settings: &Settings) -> Result<Self, Problems> {
+        Self::of_source(Source::given(path.to_owned(), text), model, settings)
+    }
+
+    fn of_source(source: Source, model: Option<&Path>, settings: &Settings) -> Result<Self, Problems> {
+        let source = settings.apply(SetFile::Campaign, source)?;
         let file: CampaignFile = read::parse(&source, FORMAT)?;
         let mut c = Checker::new(source);
         c.problems.extend(read::check_format(&c.source, &file.schema, FORMAT));
         let scenario = match model {
-            Some(model) => Scenario::load(model),
-            None => scenario(&mut c, &file.scenario),
+            Some(model) => Source::read(model, None),
+            None => {
+                Source::read(&c.source.sibling(&file.scenario.value), Some((&c.source, file.scenario.span.clone())))
+            }
         };
+        let scenario =
+            scenario.and_then(|source| settings.apply(SetFile::Scenario, source)).and_then(Scenario::from_source);
         let scenario = match scenario {
             Ok(scenario) => scenario,
             Err(problems) => {
@@ -118,12 +143,6 @@ impl Campaign {
     }
 }
 
-fn scenario(c: &mut Checker, written: &At<String>) -> Result<Scenario, Problems> {
-    let path = c.source.sibling(&written.value);
-    let source = Source::read(&path, Some((&c.source, written.span.clone())))?;
-    Scenario::from_source(source)
-}
-
 /// The campaign, with harmless values where there are problems.
 fn check(c: &mut Checker, file: &CampaignFile, scenario: Scenario) -> Campaign {
     let table = fields::<f64, Params<f64>>();
@@ -165,6 +184,7 @@ fn check(c: &mut Checker, file: &CampaignFile, scenario: Scenario) -> Campaign {
         traces: kept::traces(c, &file.traces, &scenario.model.timing),
         contact_events: kept::contact_events(c, file.contact_events.as_ref()),
         text: c.source.text().to_owned(),
+        edited: std::iter::once(&c.source).chain(scenario.sources()).filter(|file| file.is_edited()).cloned().collect(),
         hash: hash(&c.source, &scenario, &tables),
         files: std::iter::once(&c.source)
             .chain(scenario.sources())

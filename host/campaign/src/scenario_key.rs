@@ -1,18 +1,16 @@
 //! Keys of the scenario that a campaign disperses: where they stand, their units, and the scenario with values of a run.
 
+use crate::key_path::{Fault, Step, steps};
 use crate::problem::Problems;
 use crate::read;
 use crate::scenario::{FORMAT, Scenario};
 use crate::source::Source;
-use crate::suggest::nearest;
+use crate::suggest::{did_you_mean, suggestion};
 use crate::units::{quantity, si_unit_of};
 use softdock_kernels::fields::{Field, unit_suffix};
 use std::ops::Range as Span;
 use toml::Spanned;
 use toml::de::{DeArray, DeTable, DeValue};
-
-/// What a target that is a key of the scenario begins with.
-pub(crate) const PREFIX: &str = "scenario.";
 
 /// Tables and keys that are the same in all runs, each with the reason.
 const COMMON: [(&str, &str); 6] = [
@@ -49,20 +47,6 @@ enum Form {
     /// `8`.
     Integer,
 }
-
-/// A step from a value of the file to one inside it.
-#[derive(Clone, Debug, PartialEq)]
-enum Step {
-    /// A key of a table.
-    Key(String),
-    /// An item of a list, counted from 0.
-    Item(usize),
-    /// All items of a list with this `name`.
-    Named(String),
-}
-
-/// What is wrong with a path, and what to do about it.
-pub(crate) type Fault = (String, String);
 
 /// What a campaign draws besides parameters; its fields stand behind those of the parameters.
 #[derive(Clone, Debug)]
@@ -113,7 +97,7 @@ fn column(path: &str, unit: &str) -> String {
 }
 
 impl ScenarioKey {
-    /// The key of a scenario at a path that begins with [`PREFIX`].
+    /// The key of a scenario at a path that begins with [`PREFIX`](crate::key_path::PREFIX).
     pub(crate) fn find(source: &Source, path: &str) -> Result<Self, Fault> {
         let steps = steps(path)?;
         if let Some(Step::Key(first)) = steps.first()
@@ -175,33 +159,6 @@ impl Scenario {
     }
 }
 
-/// A path as steps: `scenario.contact.pair[2].stiffness`, `scenario.part_b.solid[bumper].position.y`.
-fn steps(path: &str) -> Result<Vec<Step>, Fault> {
-    let malformed = || {
-        let remedy = "write keys with points between them, items of lists by number or name: \
-                      scenario.contact.pair[1].stiffness, scenario.part_b.solid[bumper].radius";
-        (format!("`{path}` is no path of a key"), remedy.to_owned())
-    };
-    let mut steps = Vec::new();
-    for part in path.strip_prefix(PREFIX).unwrap_or(path).split('.') {
-        let (key, items) = part.split_at(part.find('[').unwrap_or(part.len()));
-        if key.is_empty() {
-            return Err(malformed());
-        }
-        steps.push(Step::Key(key.to_owned()));
-        for item in items.split_inclusive(']') {
-            let inner = item.strip_prefix('[').and_then(|item| item.strip_suffix(']')).ok_or_else(malformed)?;
-            steps.push(match inner.parse::<usize>() {
-                Ok(0) => return Err((format!("`{path}` has an item 0"), "count the items of a list from 1".into())),
-                Ok(number) => Step::Item(number - 1),
-                Err(_) if inner.is_empty() => return Err(malformed()),
-                Err(_) => Step::Named(inner.to_owned()),
-            });
-        }
-    }
-    Ok(steps)
-}
-
 /// The values at a path; several where an item is named and others have the same name.
 fn places<'t, 'i>(
     table: &'t mut DeValue<'i>,
@@ -225,10 +182,10 @@ fn places<'t, 'i>(
 fn in_table<'t, 'i>(table: &'t mut DeTable<'i>, key: &str, path: &str) -> Result<&'t mut Spanned<DeValue<'i>>, Fault> {
     let names: Vec<String> = table.iter().map(|(key, _)| key.get_ref().to_string()).collect();
     table.get_mut(key).ok_or_else(|| {
-        let near = nearest(key, names.iter().map(String::as_str));
-        let remedy = near.map_or_else(
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        let remedy = did_you_mean(key, &names).map_or_else(
             || "write its nominal value in the scenario first: only what stands there is dispersed".to_owned(),
-            |near| format!("did you mean `{near}`? Only what the scenario writes is dispersed"),
+            |question| format!("{question} Only what the scenario writes is dispersed"),
         );
         (format!("the scenario does not write `{key}` of `{path}`"), remedy)
     })
@@ -288,10 +245,10 @@ fn named<'t, 'i>(
     let names: Vec<String> = list.iter().filter_map(name_of).collect();
     let named: Vec<_> = list.iter_mut().filter(|item| name_of(item).as_deref() == Some(name)).collect();
     if named.is_empty() {
-        let remedy = match nearest(name, names.iter().map(String::as_str)) {
-            Some(near) => format!("did you mean `{near}`?"),
-            None if names.is_empty() => "the items have no names: write a number from 1".to_owned(),
-            None => format!("write one of: {}", names.join(", ")),
+        let known: Vec<&str> = names.iter().map(String::as_str).collect();
+        let remedy = match known.as_slice() {
+            [] => "the items have no names: write a number from 1".to_owned(),
+            known => suggestion(name, known),
         };
         return Err((format!("`{path}`: no item has the name `{name}`"), remedy));
     }

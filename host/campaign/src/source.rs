@@ -2,6 +2,7 @@
 
 use miette::NamedSource;
 use overlay::Overlay;
+use settings::Settings;
 use softdock_input::toml_depth;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -10,6 +11,10 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 pub(crate) mod overlay;
+pub(crate) mod settings;
+
+/// What messages name in the place of a file for a value of the command line.
+pub(crate) const SETTING: &str = "--set";
 
 /// Longest value that a message repeats in full.
 const EXCERPT: usize = 60;
@@ -26,6 +31,23 @@ struct Inner {
     /// Bytes at which lines begin, ascending.
     line_starts: Vec<usize>,
     overlay: Option<Overlay>,
+    /// What the command line has set in this file.
+    set: Vec<(Range<usize>, SetPlace)>,
+    /// What the command line sets in this file and in those that it names.
+    settings: Settings,
+    /// The text is the caller's: no file has it.
+    is_given: bool,
+}
+
+/// Where a value that the command line has set stands there.
+#[derive(Clone, Debug)]
+pub(crate) struct SetPlace {
+    /// The setting: `KEY=VALUE`.
+    pub(crate) source: Source,
+    /// Whether the value is meant, not the key.
+    pub(crate) is_value: bool,
+    /// First byte of the value in the setting.
+    pub(crate) value_at: usize,
 }
 
 /// A key or a value of a TOML file.
@@ -49,14 +71,66 @@ impl Source {
         }
         let line_starts = std::iter::once(0).chain(text.match_indices('\n').map(|(at, _)| at + 1)).collect();
         let named = NamedSource::new(path.display().to_string(), text);
-        Self(Arc::new(Inner { path, named, places, line_starts, overlay: None }))
+        let (set, settings) = Default::default();
+        Self(Arc::new(Inner { path, named, places, line_starts, overlay: None, set, settings, is_given: false }))
+    }
+
+    /// A text of the caller in the place of a file.
+    pub(crate) fn given(path: PathBuf, text: String) -> Self {
+        let inner = Arc::into_inner(Self::new(path, text).0).expect("nobody else has it yet");
+        Self(Arc::new(Inner { is_given: true, ..inner }))
+    }
+
+    /// A setting of the command line, with the key that it sets.
+    pub(crate) fn of_setting(text: &str, key: &str) -> Self {
+        let (path, places) =
+            (PathBuf::from(SETTING), vec![Place { span: 0..text.len(), key: key.to_owned(), is_table: false }]);
+        let named = NamedSource::new(SETTING, text.to_owned());
+        let (set, settings) = Default::default();
+        Self(Arc::new(Inner {
+            path,
+            named,
+            places,
+            line_starts: vec![0],
+            overlay: None,
+            set,
+            settings,
+            is_given: false,
+        }))
+    }
+
+    /// The file with the places of the values that the command line has set in it.
+    pub(crate) fn with_settings(self, set: Vec<(Range<usize>, SetPlace)>, settings: &Settings) -> Self {
+        let inner = Arc::into_inner(self.0).expect("nobody else has it yet");
+        Self(Arc::new(Inner { set, settings: settings.clone(), ..inner }))
+    }
+
+    /// The unchanged file with the settings of those that it names.
+    pub(crate) fn keep_settings(self, settings: &Settings) -> Self {
+        if self.0.settings.is_empty() && settings.is_empty() { self } else { self.with_settings(Vec::new(), settings) }
+    }
+
+    /// What the command line sets in this file and in those that it names.
+    pub(crate) fn settings(&self) -> &Settings {
+        &self.0.settings
+    }
+
+    /// Whether the text is not that of the file.
+    pub(crate) fn is_edited(&self) -> bool {
+        self.0.is_given || self.is_set()
+    }
+
+    /// Whether the command line has set a value in this file.
+    pub(crate) fn is_set(&self) -> bool {
+        !self.0.set.is_empty()
     }
 
     /// Returns the file with the keys of an overlay replaced.
     pub(crate) fn with(&self, overlay: Overlay) -> Self {
         let plain = Self::new(self.path().to_owned(), self.text().to_owned());
         let inner = Arc::into_inner(plain.0).expect("nobody else has it yet");
-        Self(Arc::new(Inner { overlay: Some(overlay), ..inner }))
+        let (set, settings) = (self.0.set.clone(), self.0.settings.clone());
+        Self(Arc::new(Inner { overlay: Some(overlay), set, settings, ..inner }))
     }
 
     /// What replaces keys of this file.
@@ -67,7 +141,23 @@ impl Source {
     /// The file in which a span really stands, and where.
     pub(crate) fn resolve(&self, span: Range<usize>) -> (Self, Range<usize>) {
         let foreign = self.overlay().and_then(|overlay| overlay.resolve(&span, self.text().len()));
-        foreign.unwrap_or_else(|| (self.clone(), span))
+        let (source, span) = foreign.unwrap_or_else(|| (self.clone(), span));
+        source.set_at(&span).unwrap_or((source, span))
+    }
+
+    /// The place on the command line of a span inside a value that was set there.
+    fn set_at(&self, span: &Range<usize>) -> Option<(Self, Range<usize>)> {
+        let around = |(own, _): &&(Range<usize>, SetPlace)| own.start <= span.start && span.end <= own.end;
+        let (_, place) = self.0.set.iter().filter(around).min_by_key(|(own, _)| own.len())?;
+        let start = if place.is_value { place.value_at } else { 0 };
+        Some((place.source.clone(), start..place.source.text().trim_end().len()))
+    }
+
+    /// The spans at which a dotted key is written, without its value.
+    pub(crate) fn key_spans(&self, key: &str) -> impl Iterator<Item = Range<usize>> {
+        let value = self.span_of(key);
+        let written = self.0.places.iter().filter(move |place| place.key == key && place.span != value);
+        written.map(|place| place.span.clone())
     }
 
     pub(crate) fn path(&self) -> &Path {

@@ -48,23 +48,45 @@ pub struct LimitCurve {
     pub closed: Vec<(f64, f64)>,
 }
 
-/// The limits of all compensators, for a reduced mass \[kg\] and a delay \[s\], at every so many dampings.
-pub fn stability_map(mass: f64, delay: f64, every: usize) -> Vec<LimitCurve> {
-    let curve = |(name, kind): &(&'static str, CompensatorKind)| limit_curve(name, *kind, mass, delay, every);
+/// The number of limits that [`stability_map`] computes at every so many dampings.
+pub fn count_limits(every: usize) -> usize {
+    let limits = |(_, kind): &(_, CompensatorKind)| if is_nonlinear(*kind) { 1 } else { 2 };
+    CompensatorKind::NAMES.iter().map(limits).sum::<usize>() * RATIOS.iter().step_by(every).count()
+}
+
+/// The limits of all compensators, for a reduced mass \[kg\] and a delay \[s\], at every so many dampings; `found` is called
+/// from any thread when a limit has been computed.
+pub fn stability_map(mass: f64, delay: f64, every: usize, found: &(dyn Fn() + Sync)) -> Vec<LimitCurve> {
+    let curve = |(name, kind): &(&'static str, CompensatorKind)| {
+        let limit_at = |limit, ratio| {
+            let limit = stiffest(limit, *kind, mass, delay, ratio);
+            found();
+            limit
+        };
+        limit_curve(name, *kind, every, &limit_at)
+    };
     CompensatorKind::NAMES.par_iter().map(curve).collect()
 }
 
-fn limit_curve(name: &'static str, kind: CompensatorKind, mass: f64, delay: f64, every: usize) -> LimitCurve {
+/// Whether a compensator observes energy: a contact that never opens has no roots there.
+fn is_nonlinear(kind: CompensatorKind) -> bool {
+    matches!(kind, CompensatorKind::Passivity | CompensatorKind::LeadPassivity)
+}
+
+fn limit_curve(
+    name: &'static str,
+    kind: CompensatorKind,
+    every: usize,
+    limit_at: &(dyn Fn(Limit, f64) -> Option<f64> + Sync),
+) -> LimitCurve {
     let found = |limit| -> Vec<(f64, f64)> {
-        let at = |ratio: &f64| Some((*ratio, stiffest(limit, kind, mass, delay, *ratio)?));
+        let at = |ratio: &f64| Some((*ratio, limit_at(limit, *ratio)?));
         RATIOS.iter().step_by(every).collect::<Vec<_>>().into_par_iter().filter_map(at).collect()
     };
-    // Energy observers are not linear: a contact that never opens has no roots there.
-    let is_nonlinear = matches!(kind, CompensatorKind::Passivity | CompensatorKind::LeadPassivity);
     let closed = (1..400).map(|i| 0.01 * f64::from(i)).filter_map(|ratio| Some((ratio, closed_form(kind, ratio)?)));
     LimitCurve {
         name,
-        linear: if is_nonlinear { Vec::new() } else { found(Limit::Linear) },
+        linear: if is_nonlinear(kind) { Vec::new() } else { found(Limit::Linear) },
         energy: found(Limit::Energy),
         closed: closed.filter(|point| point.1 <= 4.0).collect(),
     }

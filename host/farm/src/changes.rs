@@ -1,18 +1,15 @@
 //! Changes between two versions of a campaign's files, by file and key.
 
+use crate::paths::NamedFile;
 use serde_json::{Value, json};
 use softdock_campaign::criteria::Criterion;
 use softdock_campaign::difference::{KeyChange, TextChange, changed_keys};
-use std::path::{Path, PathBuf};
 
 /// Changes that a message lists.
 const LISTED: usize = 30;
 
 /// Change of a file with equal values.
 const LAYOUT: &str = "only comments or layout differ";
-
-/// Files by their name below `campaign/`.
-pub(crate) type NamedFiles = [(String, PathBuf)];
 
 /// How one file differs.
 #[derive(Clone, Debug, PartialEq)]
@@ -82,25 +79,26 @@ pub fn listed(changes: &[FileChange]) -> Vec<String> {
 }
 
 /// Changes from the old to the new files; the names of the campaign files themselves may differ.
-pub(crate) fn changed_files(old: (&str, &NamedFiles), new: (&str, &NamedFiles)) -> Vec<FileChange> {
+pub(crate) fn changed_files(old: (&str, &[NamedFile]), new: (&str, &[NamedFile])) -> Vec<FileChange> {
     let old_name = |name: &str| if name == new.0 { old.0.to_owned() } else { name.to_owned() };
     let mut changes = Vec::new();
-    for (name, path) in new.1 {
-        match old.1.iter().find(|(other, _)| *other == old_name(name)) {
-            Some((_, before)) => changed_file(name, before, path, &mut changes),
-            None => changes.push(FileChange::File(name.clone(), "is not among the files of the results")),
+    for file in new.1 {
+        match old.1.iter().find(|other| other.name == old_name(&file.name)) {
+            Some(before) => changed_file(before, file, &mut changes),
+            None => changes.push(FileChange::File(file.name.clone(), "is not among the files of the results")),
         }
     }
-    let is_gone = |name: &String| !new.1.iter().any(|(own, _)| old_name(own) == *name);
-    let gone = old.1.iter().filter(|(name, _)| is_gone(name));
-    changes.extend(gone.map(|(name, _)| FileChange::File(name.clone(), "is no longer a file of the campaign")));
+    let is_gone = |file: &&NamedFile| !new.1.iter().any(|own| old_name(&own.name) == file.name);
+    let gone = old.1.iter().filter(is_gone);
+    changes.extend(gone.map(|file| FileChange::File(file.name.clone(), "is no longer a file of the campaign")));
     changes
 }
 
-fn changed_file(name: &str, old: &Path, new: &Path, changes: &mut Vec<FileChange>) {
+/// Adds the changes from one state of a file to another.
+fn changed_file(old: &NamedFile, new: &NamedFile, changes: &mut Vec<FileChange>) {
+    let name = new.name.as_str();
     let whole = |how| FileChange::File(name.to_owned(), how);
-    let read = |path| softdock_input::read(path, softdock_input::MAX_BINARY);
-    let (Ok(old), Ok(new)) = (read(old), read(new)) else {
+    let (Ok(old), Ok(new)) = (old.bytes(), new.bytes()) else {
         return changes.push(whole("cannot be read"));
     };
     if old == new {

@@ -83,7 +83,7 @@ pub(crate) fn clear(results: &Path, inputs: &[PathBuf], context: Context) -> Res
 /// Whether a name below a results folder is one that softdock writes there.
 pub(crate) fn is_known(folder: &ResultsFolder) -> impl Fn(&str) -> bool + use<> {
     let mut known: Vec<String> =
-        named_files(&folder.campaign).into_iter().map(|(name, _)| format!("campaign/{name}")).collect();
+        named_files(&folder.campaign).into_iter().map(|file| format!("campaign/{}", file.name)).collect();
     for variant in &folder.campaign.variants {
         let own = known.iter().filter(|name| name.starts_with("campaign/")).cloned().collect::<Vec<_>>();
         known.extend(own.into_iter().map(|name| format!("{}/{name}", variant.name)));

@@ -3,7 +3,7 @@
 use crate::changes::{FileChange, changed_files, listed};
 use crate::error::{FarmError, Result};
 use crate::folder::ResultsFolder;
-use crate::paths::files_below;
+use crate::paths::named_below;
 use serde_json::{Value, json};
 use softdock_analysis::{ResultsComparison, ResultsInput, compare_results, compare_results_text};
 use softdock_campaign::Cases;
@@ -56,7 +56,7 @@ pub fn compare_folders(first: &Path, second: &Path) -> Result<FolderComparison> 
     let remedy = "repair the folder: the command that made its runs makes what is missing or damaged again";
     let results = compare_results(&input_of(&one, &names[0]), &input_of(&two, &names[1]))
         .map_err(|error| FarmError::refused(error, remedy))?;
-    let files = [&one, &two].map(|folder| files_below(&folder.path.join("campaign")));
+    let files = [&one, &two].map(|folder| named_below(&folder.path.join("campaign")));
     let cases = [&one, &two].map(|folder| folder.campaign.cases().map(Cases::hash));
     Ok(FolderComparison {
         results,

@@ -8,7 +8,7 @@ use crate::error::{FarmError, Result, writing};
 use crate::lock::{FolderLock, SHARD_LOCKS};
 use crate::manifest::{Build, MANIFEST_SCHEMA, Manifest};
 use crate::observer::{Context, Note};
-use crate::paths::{files_below, named_files, normal};
+use crate::paths::{named_below, named_files, normal};
 use softdock_analysis::{CampaignFacts, Extension, InvalidRuns, Judge, Judgement};
 use softdock_campaign::Campaign;
 use softdock_campaign::campaign::{Invalid, Method};
@@ -103,12 +103,11 @@ impl ResultsFolder {
     /// A folder of a campaign that nothing is known of.
     fn of_campaign(path: &Path, campaign: Campaign) -> Self {
         let files = named_files(&campaign);
-        let name_of =
-            |path: &Path| files.iter().find(|(_, other)| *other == normal(path)).map(|(name, _)| name.clone());
+        let name_of = |path: &Path| files.iter().find(|file| file.path == normal(path)).map(|file| file.name.clone());
         let model = campaign.model.as_deref().and_then(name_of);
         Self {
             path: path.to_owned(),
-            file: files[0].0.clone(),
+            file: files[0].name.clone(),
             model,
             campaign,
             build: Build::own(),
@@ -179,9 +178,8 @@ impl ResultsFolder {
 
     /// Keeps the campaign's files below `campaign/`.
     fn write_files(&self) -> Result<()> {
-        for (name, file) in named_files(&self.campaign) {
-            let bytes = softdock_input::read(&file, softdock_input::MAX_BINARY)?;
-            write_file(&self.path.join("campaign").join(name), &bytes)?;
+        for file in named_files(&self.campaign) {
+            write_file(&self.path.join("campaign").join(&file.name), &file.bytes()?)?;
         }
         Ok(())
     }
@@ -259,7 +257,7 @@ impl ResultsFolder {
         }
         Manifest { judging: Some(before.clone()), ..self.manifest() }.write(&self.path)?;
         let inside = normal(&self.path.join("campaign"));
-        let is_own = named_files(&self.campaign).iter().any(|(_, file)| file.starts_with(&inside));
+        let is_own = named_files(&self.campaign).iter().any(|file| file.path.starts_with(&inside));
         if !is_own {
             remove_folder(&inside)?;
             self.write_files()?;
@@ -284,7 +282,7 @@ impl ResultsFolder {
 
     /// Returns the changes between the folder's files and those of this campaign.
     fn changes_from(&self, found: &Manifest) -> Vec<FileChange> {
-        let there = files_below(&self.path.join("campaign"));
+        let there = named_below(&self.path.join("campaign"));
         changed_files((&found.campaign, &there), (&self.file, &named_files(&self.campaign)))
     }
 
@@ -292,7 +290,7 @@ impl ResultsFolder {
     fn changes_of_runs(&self, changes: &[FileChange]) -> Vec<FileChange> {
         let scenario = normal(self.campaign.scenario.file());
         let files = named_files(&self.campaign);
-        let scenario = files.iter().find(|(_, file)| *file == scenario).map_or("", |(name, _)| name.as_str());
+        let scenario = files.iter().find(|file| file.path == scenario).map_or("", |file| file.name.as_str());
         let judged = JudgedFiles { campaign: &self.file, scenario };
         changes.iter().filter(|change| !change.leaves_runs(judged)).cloned().collect()
     }

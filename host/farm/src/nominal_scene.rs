@@ -4,6 +4,7 @@ use crate::error::{FarmError, Result};
 use softdock_analysis::scene_svg;
 use softdock_campaign::Campaign;
 use softdock_campaign::overlap::without_robots;
+use softdock_results::write_file;
 use std::path::Path;
 
 /// Draws the nominal start into an SVG file; variants of the facility share it.
@@ -14,8 +15,5 @@ pub fn draw_nominal_start(campaign: &Campaign, path: &Path) -> Result<()> {
     let scenario = &campaign.scenario;
     let heading = format!("{}: {}, nominal start", scenario.id, scenario.title);
     let svg = scene_svg(&heading, &without_robots(&scenario.model), &campaign.nominal());
-    std::fs::write(path, svg).map_err(|error| {
-        let message = format!("`{}` cannot be written: {error}", path.display());
-        FarmError::refused(message, "name a file in a folder that exists")
-    })
+    write_file(path, svg.as_bytes()).map_err(|error| FarmError::refused(error, "name a file that can be written"))
 }

@@ -21,6 +21,10 @@ pub enum Work {
     OwnModel,
     /// The same runs with an extended model.
     ExtendedModel,
+    /// Draws of a check, in space and on the facility.
+    Step,
+    /// Limits of a stability map.
+    Map,
 }
 
 impl Work {
@@ -33,7 +37,14 @@ impl Work {
             Self::ContactEvents => "contact events",
             Self::OwnModel => "own model",
             Self::ExtendedModel => "extended model",
+            Self::Step => "step",
+            Self::Map => "map",
         }
+    }
+
+    /// What is counted, for a progress line.
+    pub fn unit(self) -> &'static str {
+        if self == Self::Map { "limits" } else { "runs" }
     }
 }
 

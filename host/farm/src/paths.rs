@@ -16,11 +16,40 @@ pub(crate) fn normal(path: &Path) -> PathBuf {
     out
 }
 
-/// The files of a campaign, its own first: name below `campaign/`, and path.
-pub(crate) fn named_files(campaign: &Campaign) -> Vec<(String, PathBuf)> {
+/// A file of a campaign, with its name below `campaign/`.
+#[derive(Clone, Debug)]
+pub(crate) struct NamedFile {
+    pub(crate) name: String,
+    pub(crate) path: PathBuf,
+    /// Its text where the command line has set values in it; else the file has it.
+    text: Option<String>,
+}
+
+impl NamedFile {
+    /// The file's bytes, with the values that the command line has set.
+    ///
+    /// # Errors
+    /// If the file cannot be read.
+    pub(crate) fn bytes(&self) -> std::result::Result<Vec<u8>, softdock_input::InputError> {
+        let text = self.text.as_ref().map(|text| Ok(text.clone().into_bytes()));
+        text.unwrap_or_else(|| softdock_input::read(&self.path, softdock_input::MAX_BINARY))
+    }
+}
+
+/// The files of a campaign, its own first.
+pub(crate) fn named_files(campaign: &Campaign) -> Vec<NamedFile> {
     let files: Vec<PathBuf> = campaign.files().iter().map(|file| normal(file)).collect();
     let root = common_root(&files);
-    files.into_iter().map(|file| (slashed(file.strip_prefix(&root).unwrap_or(&file)), file)).collect()
+    let named = |(file, path): (&PathBuf, PathBuf)| {
+        let name = slashed(path.strip_prefix(&root).unwrap_or(&path));
+        NamedFile { name, path, text: campaign.edited_text(file).map(str::to_owned) }
+    };
+    campaign.files().iter().zip(files.iter().cloned()).map(named).collect()
+}
+
+/// The files of a campaign that lie below a folder.
+pub(crate) fn named_below(folder: &Path) -> Vec<NamedFile> {
+    files_below(folder).into_iter().map(|(name, path)| NamedFile { name, path, text: None }).collect()
 }
 
 /// All files below a folder, by their names in it; what cannot be read is omitted.

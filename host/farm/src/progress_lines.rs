@@ -32,6 +32,7 @@ impl ProgressLines {
         self.intervals = intervals;
         let rate = done as f64 / elapsed.as_secs_f64().max(1e-3);
         let left = self.total.saturating_sub(done) as f64 / rate.max(1e-9);
-        Some(format!("{} {done} of {} runs  {rate:.1}/s  {left:.0} s left", self.work.name(), self.total))
+        let (name, unit) = (self.work.name(), self.work.unit());
+        Some(format!("{name} {done} of {} {unit}  {rate:.1}/s  {left:.0} s left", self.total))
     }
 }

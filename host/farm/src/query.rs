@@ -4,6 +4,7 @@ use crate::error::{FarmError, Result};
 use crate::folder::ResultsFolder;
 use softdock_analysis::{AnalysisError, Judge, Share, cause_text};
 use softdock_campaign::requirement::{Requirement, Subject};
+use softdock_campaign::suggest::likely;
 use softdock_kernels::fields::unit_suffix;
 use softdock_results::arrow_table::{ArrowTable, OtherUnit};
 use softdock_results::columns::{self, AGREEMENT, Loop, NO_CAUSE, RUN};
@@ -55,7 +56,8 @@ impl<'a> Runs<'a> {
             Some(names) => {
                 let unknown = names.iter().find(|name| known.column(name).is_none());
                 if let Some(name) = unknown {
-                    let remedy = near(name, known.columns.iter().map(|column| column.name.as_str()));
+                    let remedy =
+                        near(name, &known.columns.iter().map(|column| column.name.as_str()).collect::<Vec<_>>());
                     return Err(FarmError::refused(format!("the runs have no column `{name}`"), remedy));
                 }
                 names.to_vec()
@@ -210,7 +212,7 @@ impl<'a> Runs<'a> {
         let (input, si) =
             self.input_column(name).filter(|(input, _)| known.column(input).is_some()).ok_or_else(|| {
                 let fields = input_fields();
-                let remedy = near(name, fields.iter().map(|field| field.name.as_str()));
+                let remedy = near(name, &fields.iter().map(|field| field.name.as_str()).collect::<Vec<_>>());
                 FarmError::refused(format!("the runs have no input `{name}`"), remedy)
             })?;
         let author = self.author_units().into_iter().find(|unit| units == Units::Author && unit.column == input);
@@ -352,12 +354,13 @@ fn slug(unit: &str) -> String {
     words.collect::<Vec<_>>().join("_")
 }
 
-/// A remedy with the name that is most like a wrong one.
-fn near<'n>(name: &str, known: impl Iterator<Item = &'n str>) -> String {
-    let found = softdock_campaign::nearest(name, known);
-    let listed =
-        || "docs/reference/columns.md lists the columns, docs/reference/parameters.md the parameters".to_owned();
-    found.map_or_else(listed, |found| format!("did you mean `{found}`?"))
+/// A remedy with the names that a wrong one may mean.
+fn near(name: &str, known: &[&str]) -> String {
+    let found: Vec<String> = likely(name, known).into_iter().map(|name| format!("`{name}`")).collect();
+    match found.is_empty() {
+        true => "`softdock params` lists the parameters, `softdock metrics` the metrics".to_owned(),
+        false => format!("did you mean {}?", found.join(" or ")),
+    }
 }
 
 fn answer(name: &str, unit: &str, description: &str, kind: ColumnKind, values: Values) -> Column {

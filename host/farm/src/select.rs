@@ -1,10 +1,10 @@
-//! Overrides of a campaign: model, number of runs, seed, variant, or given cases.
+//! Overrides of a campaign: model, number of runs, seed, variant, given cases, or values of single keys.
 
 use crate::cases;
 use crate::error::{FarmError, Result};
 use crate::observer::Context;
-use softdock_campaign::Campaign;
 use softdock_campaign::campaign::MOST_SHARDS;
+use softdock_campaign::{Campaign, Settings};
 use std::path::{Path, PathBuf};
 
 /// Overrides of a campaign file.
@@ -20,6 +20,8 @@ pub struct Selection {
     pub variant: Option<String>,
     /// Table of given cases that replaces the draws.
     pub cases: Option<PathBuf>,
+    /// Values in the place of those that campaign, scenario and facility file write.
+    pub settings: Settings,
 }
 
 impl Selection {
@@ -38,7 +40,20 @@ impl Selection {
 /// # Errors
 /// If a file is wrong, or the selection does not fit the campaign.
 pub fn load_campaign(file: &Path, selection: &Selection, context: Context) -> Result<Campaign> {
-    let campaign = Campaign::load_with(file, selection.model.as_deref())?;
+    let campaign = Campaign::load_set(file, selection.model.as_deref(), &selection.settings)?;
+    select(campaign, file, selection, context)
+}
+
+/// Loads a campaign from a text in the place of the file `file`, with a selection.
+///
+/// # Errors
+/// As [`load_campaign`].
+pub fn load_campaign_text(file: &Path, text: String, selection: &Selection, context: Context) -> Result<Campaign> {
+    let campaign = Campaign::load_text(file, text, selection.model.as_deref(), &selection.settings)?;
+    select(campaign, file, selection, context)
+}
+
+fn select(campaign: Campaign, file: &Path, selection: &Selection, context: Context) -> Result<Campaign> {
     let (runs, seed) = (selection.runs.unwrap_or(campaign.runs), selection.seed.unwrap_or(campaign.seed));
     let campaign = match &selection.variant {
         Some(name) => of_variant(campaign, name)?,

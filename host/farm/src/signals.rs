@@ -98,6 +98,11 @@ pub(crate) fn signals() -> Vec<Channel> {
     all
 }
 
+/// Name, unit and description of every signal of a trace.
+pub fn signal_rows() -> Vec<(String, &'static str, String)> {
+    signals().into_iter().map(|signal| (signal.name, signal.unit, signal.description)).collect()
+}
+
 /// Force or moment of a wrench.
 type Pick = fn(&Wrench<f64>) -> Vec3<f64>;
 

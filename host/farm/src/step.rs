@@ -4,10 +4,10 @@ mod answer;
 mod text;
 mod wall_time;
 
-use crate::error::Result;
-use crate::observer::{Context, Note};
+use crate::error::{FarmError, Result};
+use crate::observer::{Context, Note, Progress, Work};
 use crate::rows::{RowBuilder, params_of};
-use crate::run_engine::RunEngine;
+use crate::run_engine::{RunEngine, counting};
 use rayon::prelude::*;
 use softdock_campaign::{Campaign, Variant};
 use softdock_engine::{Choice, EngineError, RunInput, cpu};
@@ -140,14 +140,14 @@ fn facility(
         _ => None,
     };
     let round = asked.filter(|_| other.is_none()).unwrap_or(on_cpu.lanes() as u64);
-    let by_cpu = draws(campaign, &mut on_cpu, round)?;
+    let by_cpu = draws(campaign, &mut on_cpu, round, context)?;
     let (draws, wall_time) = match other {
         None => {
             let wall_time = expected(campaign, &nominal, (&by_cpu, &on_cpu), None);
             (by_cpu, wall_time)
         }
         Some(mut engine) => {
-            let own = draws(campaign, &mut engine, asked.unwrap_or(1))?;
+            let own = draws(campaign, &mut engine, asked.unwrap_or(1), context)?;
             let wall_time = expected(campaign, &nominal, (&by_cpu, &on_cpu), Some((&own, &engine)));
             (own, wall_time)
         }
@@ -199,12 +199,17 @@ fn nominal(campaign: &Campaign, engine: &RunEngine) -> Nominal {
 }
 
 /// Steps draws that are spread over the campaign.
-fn draws(campaign: &Campaign, engine: &mut RunEngine, count: u64) -> Result<Draws> {
+fn draws(campaign: &Campaign, engine: &mut RunEngine, count: u64, context: Context) -> Result<Draws> {
     let count = count.clamp(1, campaign.runs.max(1));
     let run = |index: u64| (u128::from(index) * u128::from(campaign.runs) / u128::from(count)) as u64;
     let runs: Vec<u64> = (0..count).map(run).collect();
     let begin = Instant::now();
-    let (rows, _) = engine.make_numbered(&runs, &|_, _| true)?;
+    let progress = Progress::new(context, Work::Step, count);
+    let (rows, is_whole) = engine.make_numbered(&runs, &counting(&progress))?;
+    drop(progress);
+    if !is_whole {
+        return Err(FarmError::Cancelled);
+    }
     let seconds = begin.elapsed().as_secs_f64();
     let starts = starts(&engine.builder, &rows);
     let overlapping = starts.iter().filter(|(_, pair)| pair.depth > 0.0).count() as u64;

@@ -13,6 +13,7 @@ use softdock_analysis::plots::axis::Axis;
 use softdock_analysis::plots::figure::{Figure, Size, colour};
 use softdock_campaign::Robot;
 use softdock_campaign::robot::Quantity;
+use softdock_input::csv_cell;
 use std::fmt::Write;
 
 /// Points of a line on the page.
@@ -37,7 +38,8 @@ struct Page {
 pub fn csv(robot: &Robot, motion: &Excitation, step: f64) -> String {
     let channel =
         |joint: usize| robot.log.iter().find(|c| c.signal.quantity == Quantity::Angle && c.signal.joint == joint);
-    let name = |joint: usize| channel(joint).map_or_else(|| format!("q_{}_rad", joint + 1), |c| c.column.name.clone());
+    let name =
+        |joint: usize| channel(joint).map_or_else(|| format!("q_{}_rad", joint + 1), |c| csv_cell(&c.column.name));
     let names: Vec<String> = (0..motion.joints.len()).map(name).collect();
     let mut text = format!("t_s,{}\n", names.join(","));
     let samples = (motion.period / step).round() as usize;

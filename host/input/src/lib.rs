@@ -3,10 +3,12 @@
 //!
 //! Every reader of user input in `host/` opens its files here.
 
+mod cell;
 mod depth;
 mod error;
 mod file;
 
+pub use cell::csv_cell;
 pub use depth::{MAX_DEPTH, TooDeep, toml_depth, xml_depth};
 pub use error::InputError;
 pub(crate) use error::Result;

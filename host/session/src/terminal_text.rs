@@ -21,22 +21,20 @@ impl SessionPlan {
 }
 
 /// Returns the start-up checks as a table with their count; failed checks have a line with their remedy.
-pub fn checks_text(list: &Checklist, is_coloured: bool) -> String {
+pub fn checks_text(list: &Checklist) -> String {
     let count = |answer: CheckOutcome| list.checks().iter().filter(|check| check.answer() == answer).count();
     let [passed, failed, open] = [CheckOutcome::Passed, CheckOutcome::Failed, CheckOutcome::Open].map(count);
-    let lines: Vec<String> = list.checks().iter().map(|check| check_line(check, is_coloured)).collect();
+    let lines: Vec<String> = list.checks().iter().map(check_line).collect();
     let table = lines.join("\n");
     format!("{table}\n\n{passed} checks passed, {failed} failed, {open} without an answer; nothing has moved")
 }
 
-fn check_line(check: &Check, is_coloured: bool) -> String {
+fn check_line(check: &Check) -> String {
     let (row, answer) = (check.kind.row(), check.answer());
-    let mark = match (answer, is_coloured) {
-        (CheckOutcome::Passed, true) => "\x1b[32mok    \x1b[0m",
-        (CheckOutcome::Failed, true) => "\x1b[31mFAILED\x1b[0m",
-        (CheckOutcome::Passed, false) => "ok    ",
-        (CheckOutcome::Failed, false) => "FAILED",
-        (CheckOutcome::Open, _) => "-     ",
+    let mark = match answer {
+        CheckOutcome::Passed => "ok    ",
+        CheckOutcome::Failed => "FAILED",
+        CheckOutcome::Open => "-     ",
     };
     let remedy = if answer == CheckOutcome::Failed { format!("\n       {}", row.remedy) } else { String::new() };
     let [value, limit] = [check.value_text(), check.limit_text()];

@@ -1,8 +1,8 @@
 """Monte Carlo verification of space contact tasks, in space and on a hardware-in-the-loop facility.
 
 >>> import softdock as sd
->>> campaign = sd.Campaign.load("campaigns/probe_drogue.toml")  # doctest: +SKIP
->>> results = campaign.run("results/dock")  # doctest: +SKIP
+>>> campaign = sd.Campaign.example("dock", runs=400)  # doctest: +SKIP
+>>> results = campaign.run()  # doctest: +SKIP
 >>> results.verdict  # doctest: +SKIP
 'not_verified'
 >>> results.plot()  # doctest: +SKIP
@@ -13,16 +13,19 @@ Arrow: ``polars.DataFrame(table)``, ``pyarrow.table(table)`` and DuckDB read the
 
 from softdock._campaign import Campaign, Check
 from softdock._compare import Comparison, compare
-from softdock._results import Results, open
+from softdock._lists import Listing, effects, examples, metrics, params, signals
+from softdock._results import Agreement, Results, open
 from softdock._softdock import SoftdockError, __version__
 from softdock._table import Table
 from softdock._tasks import Report, diagnose, identify
 from softdock._trace import Trace
 
 __all__ = [
+    "Agreement",
     "Campaign",
     "Check",
     "Comparison",
+    "Listing",
     "Report",
     "Results",
     "SoftdockError",
@@ -31,6 +34,11 @@ __all__ = [
     "__version__",
     "compare",
     "diagnose",
+    "effects",
+    "examples",
     "identify",
+    "metrics",
     "open",
+    "params",
+    "signals",
 ]

@@ -6,11 +6,13 @@ import json
 import os
 from html import escape
 from pathlib import Path
-from typing import Any, Callable
+from typing import Any, Callable, Mapping
 
 from softdock import _softdock
-from softdock._progress import Progress, reporter
+from softdock._command import answer
+from softdock._progress import reporter
 from softdock._results import Results
+from softdock._toml import toml_value
 
 
 class Check:
@@ -36,15 +38,26 @@ class Check:
 
 
 class Campaign:
-    """A checked campaign; every wrong value of its files is reported when it is loaded.
+    """A checked campaign. Use :meth:`load`, :meth:`from_dict` or :meth:`example`.
 
-    Use :meth:`load`.
+    ``campaign[key] = value`` sets a key as ``softdock run --set`` does, with its unit, and checks the campaign again:
+
+    >>> campaign["scenario.contact.friction"] = 0.3  # doctest: +SKIP
+    >>> campaign["dispersion[loop_delay].dist.max"] = "40 ms"  # doctest: +SKIP
+
+    The results folder keeps the files with these values.
     """
 
-    def __init__(self, path: Path, selection: dict[str, Any]) -> None:
+    def __init__(self, path: Path, text: str | None, selection: dict[str, Any], settings: dict[str, str]) -> None:
         self._path = path
-        self._selection = selection
-        self._native = _softdock.NativeCampaign(path, **selection)
+        self._text = text
+        self._selection = {key: value for key, value in selection.items() if value is not None}
+        self._settings = settings
+        self._native = self._checked(self._selection, settings)
+
+    def _checked(self, selection: dict[str, Any], settings: dict[str, str]) -> _softdock.NativeCampaign:
+        values = [f"{key}={value}" for key, value in settings.items()]
+        return _softdock.NativeCampaign(self._path, self._text, values, **selection)
 
     @classmethod
     def load(
@@ -64,7 +77,7 @@ class Campaign:
         path : path
             Campaign file.
         runs, seed : int, optional
-            In place of the file's.
+            In place of the file's. A larger number of runs extends an existing results folder.
         variant : str, optional
             Only this variant of the campaign.
         model : path, optional
@@ -78,7 +91,56 @@ class Campaign:
             If a file is wrong: with file, line, key, value and remedy.
         """
         selection = {"runs": runs, "seed": seed, "variant": variant, "model": model, "cases": cases}
-        return cls(Path(path), {key: value for key, value in selection.items() if value is not None})
+        return cls(Path(path), None, selection, {})
+
+    @classmethod
+    def from_dict(cls, data: Mapping[str, Any], folder: str | os.PathLike[str] = ".") -> Campaign:
+        """Make a campaign of the keys of a campaign file.
+
+        Parameters
+        ----------
+        data : mapping
+            Content of a campaign file; quantities with units are texts: ``"8 ms"``.
+        folder : path
+            Folder that paths in it are relative to.
+
+        Raises
+        ------
+        SoftdockError
+            If a key or a value is wrong: with line and key of the campaign file that the keys would make.
+        """
+        text = _softdock.toml_text(json.dumps(data))
+        name = data.get("id")
+        return cls(Path(folder) / f"{name if isinstance(name, str) and name else 'campaign'}.toml", text, {}, {})
+
+    @classmethod
+    def example(
+        cls, task: str, folder: str | os.PathLike[str] | None = None, *, runs: int | None = None, seed: int | None = None
+    ) -> Campaign:
+        """Write the files of a shipped campaign and load it; :func:`softdock.examples` lists the tasks.
+
+        Parameters
+        ----------
+        task : str
+            Task (``"dock"``) or id of the campaign.
+        folder : path, optional
+            Folder that receives the files; one with the name of the task if not given. Existing files with other
+            content are an error.
+        """
+        folder = Path(task) if folder is None else Path(folder)
+        written = answer(["init", task, folder])
+        return cls.load(folder / f"{written['id']}.toml", runs=runs, seed=seed)
+
+    def __setitem__(self, key: str, value: object) -> None:
+        # The sample is no property of the files: with more runs a results folder is extended.
+        if key in ("runs", "seed"):
+            selection = {**self._selection, key: value}
+            self._native = self._checked(selection, self._settings)
+            self._selection = selection
+            return
+        settings = {**self._settings, key: toml_value(value)}
+        self._native = self._checked(self._selection, settings)
+        self._settings = settings
 
     @property
     def id(self) -> str:
@@ -182,5 +244,3 @@ class Campaign:
         facts = f"{self.runs} runs, seed {self.seed}, hash <code>{escape(self.hash[:12])}</code>"
         return f"<p><b>{escape(self.title)}</b><br><code>{escape(self.id)}</code>: {facts}</p><table>{rows}</table>"
 
-
-__all__ = ["Campaign", "Check", "Progress"]

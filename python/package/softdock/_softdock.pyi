@@ -4,7 +4,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, Callable, Self, Sequence, final
 
-__all__ = ["NativeCampaign", "NativeResults", "SoftdockError", "Table", "__version__", "command", "compare_folders"]
+__all__ = ["NativeCampaign", "NativeResults", "SoftdockError", "Table", "__version__", "command", "compare_folders", "toml_text"]
 
 __version__: str
 
@@ -23,6 +23,8 @@ class NativeCampaign:
     def __new__(
         cls,
         path: str | PathLike[str],
+        text: str | None,
+        settings: Sequence[str],
         *,
         runs: int | None = None,
         seed: int | None = None,
@@ -77,3 +79,4 @@ class NativeResults:
 
 def command(arguments: Sequence[str]) -> int: ...
 def compare_folders(first: str | PathLike[str], second: str | PathLike[str]) -> tuple[str, str]: ...
+def toml_text(json: str) -> str: ...

@@ -3,18 +3,11 @@
 from __future__ import annotations
 
 import json
-import os
-import signal
-import subprocess
-import sys
-import tempfile
 from html import escape
 from pathlib import Path
-from typing import Any, Iterable, Union
+from typing import Any, Iterable
 
-from softdock._softdock import SoftdockError
-
-PathLike = Union[str, "os.PathLike[str]"]
+from softdock._command import PathLike, answer
 
 
 class Report:
@@ -43,26 +36,6 @@ class Report:
     def _repr_html_(self) -> str:
         links = " ".join(f"<a href='{escape(page.as_uri(), quote=True)}'>{escape(page.name)}</a>" for page in self.pages)
         return f"<p>{links}</p><pre>{escape(json.dumps(self.data, indent=2)[:4000])}</pre>"
-
-
-def _command(arguments: list[PathLike], out: Path) -> Report:
-    """Run the command in a process of its own, which Ctrl-C reaches; its notes go to standard error."""
-    words = [os.fspath(word) for word in [*arguments, "--out", out, "--json"]]
-    notes: list[str] = []
-    with tempfile.TemporaryFile() as answer:
-        command = [sys.executable, "-m", "softdock", *words]
-        with subprocess.Popen(command, stdout=answer, stderr=subprocess.PIPE, encoding="utf-8", errors="replace") as task:
-            try:
-                for line in task.stderr or ():
-                    notes.append(line)
-                    sys.stderr.write(line)
-            except KeyboardInterrupt:
-                task.send_signal(signal.SIGINT)
-                raise
-        if task.returncode not in (0, 1):
-            raise SoftdockError("".join(notes).strip())
-        answer.seek(0)
-        return Report(json.loads(answer.read()), out)
 
 
 def _options(names: dict[str, object]) -> list[PathLike]:
@@ -101,7 +74,7 @@ def diagnose(
         If a file is wrong.
     """
     folder = Path(out) if out is not None else Path("results") / f"diagnose_{Path(model).stem}"
-    return _command(["diagnose", model, *logs, *_options(options)], folder)
+    return Report(answer(["diagnose", model, *logs, *_options(options), "--out", folder]), folder)
 
 
 def identify(
@@ -135,4 +108,4 @@ def identify(
         words = ["identify", "contact", model, "--data", *given]
     else:
         raise ValueError(f'system is {system!r}; write "robot" or "contact"')
-    return _command([*words, *_options(options)], folder)
+    return Report(answer([*words, *_options(options), "--out", folder]), folder)

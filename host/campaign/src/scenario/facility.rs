@@ -3,6 +3,7 @@
 use super::{compensator, impedance, joint_level, whole_steps};
 use crate::check::Checker;
 use crate::source::Source;
+use crate::source::settings::SetFile;
 use crate::station::Station;
 use crate::units::show;
 use crate::written::At;
@@ -72,8 +73,11 @@ pub(crate) fn read(
 
 /// The facility whose rules end and stop a session; none if the scenario has no rules.
 pub(crate) fn station(c: &mut Checker, table: &At<FacilityTable>) -> Option<Station> {
+    let settings = c.source.settings().clone();
+    // A file that is known has its values already.
+    let set = |file: Source| if file.is_set() { Ok(file) } else { settings.apply(SetFile::Station, file) };
     match (&table.value.file, &table.value.session_rules) {
-        (Some(written), None) => match c.read_beside(written).and_then(Station::from_source) {
+        (Some(written), None) => match c.read_beside(written).and_then(set).and_then(Station::from_source) {
             Ok(station) => return Some(station),
             Err(problems) => c.problems.extend(problems),
         },

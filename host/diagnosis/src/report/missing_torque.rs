@@ -3,6 +3,7 @@
 use crate::inference::latent::Latent;
 use crate::inference::unmodelled::Unmodelled;
 use softdock_engine::blocks::BlockKind;
+use softdock_input::csv_cell;
 
 /// Returns the missing torques of all blocks as CSV; `None` if there are none.
 pub fn table<'a>(all: impl Iterator<Item = &'a Unmodelled>) -> Option<String> {
@@ -13,7 +14,7 @@ pub fn table<'a>(all: impl Iterator<Item = &'a Unmodelled>) -> Option<String> {
         let Latent { value, sd } = &missing.torque;
         for (knot, time) in missing.time.iter().enumerate() {
             let inputs: String = missing.inputs[knot].iter().map(|input| format!("{input},")).collect();
-            out += &format!("{},{time},{inputs}{},{}\n", missing.experiment, value[knot], sd[knot]);
+            out += &format!("{},{time},{inputs}{},{}\n", csv_cell(&missing.experiment), value[knot], sd[knot]);
         }
     }
     (out.len() > header).then_some(out)
