@@ -21,6 +21,7 @@ mod parity;
 mod readme;
 mod resume;
 mod rig_init;
+mod serve;
 mod slurm;
 mod step;
 mod two_writers;

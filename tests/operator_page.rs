@@ -100,9 +100,7 @@ fn browser_shows_checks_starts_and_stops() {
 #[test]
 fn page_is_served_on_loopback_only() {
     let drive = "drive campaigns/probe_drogue.toml --run 1244 --no-band";
-    for (address, printed) in
-        [("0.0.0.0:0", "reachable from other machines"), ("here", "no address of an operator's page")]
-    {
+    for (address, printed) in [("0.0.0.0:0", "reachable from other machines"), ("here", "no address of a page")] {
         let output =
             Running::start(&format!("{drive} --serve {address} --out {}", std::env::temp_dir().join("x").display()));
         let output = output.output();

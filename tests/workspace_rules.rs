@@ -37,7 +37,7 @@ fn crate_dependencies_are_allowed() {
     let own = |name: &str| {
         dependencies[name].iter().filter(|used| used.starts_with("softdock")).map(String::as_str).collect()
     };
-    let allowed: [(&str, &[&str]); 18] = [
+    let allowed: [(&str, &[&str]); 20] = [
         ("softdock-input", &[]),
         ("softdock-tracer", &["softdock-kernels"]),
         ("softdock-engine", &["softdock-kernels", "softdock-tracer"]),
@@ -51,8 +51,11 @@ fn crate_dependencies_are_allowed() {
                 "softdock-results",
                 "softdock-analysis",
                 "softdock-realtime",
+                "softdock-web",
             ],
         ),
+        ("softdock-web", &[]),
+        ("softdock-serve", &["softdock-input", "softdock-analysis", "softdock-farm", "softdock-web"]),
         ("softdock-mesh", &["softdock-kernels"]),
         ("softdock-campaign", &["softdock-kernels", "softdock-input", "softdock-mesh"]),
         ("softdock-results", &["softdock-kernels", "softdock-input"]),
@@ -132,8 +135,7 @@ fn heavy_libraries_have_one_owner() {
         ("wgpu", "softdock-engine"),
         ("arrow", "softdock-results"),
         ("parquet", "softdock-results"),
-        ("axum", "softdock-session"),
-        ("tokio", "softdock-session"),
+        ("tokio", "softdock-web"),
         ("parry3d", "softdock-mesh"),
         ("pyo3", "softdock-python"),
     ] {

@@ -11,6 +11,7 @@ mod progress;
 mod results;
 mod rig;
 mod robots;
+mod serve;
 mod session_terminal;
 mod shell_files;
 mod terminal;
@@ -65,6 +66,7 @@ enum Command {
     Judge(results::JudgeArgs),
     Report(results::ReportArgs),
     Replay(results::ReplayArgs),
+    Serve(serve::ServeArgs),
     Examples(examples::ExamplesArgs),
     /// List the parameters of a run: name, unit, legal range, null value, meaning.
     #[command(after_help = "Examples:\n  softdock params\n  softdock params friction")]
@@ -112,6 +114,7 @@ impl Command {
             Self::Judge(args) => results::judge(args, format),
             Self::Report(args) => results::report(args, format),
             Self::Replay(args) => results::replay(args, format),
+            Self::Serve(args) => serve::serve(args, format),
             Self::Examples(args) => examples::examples(args, format),
             Self::Params(args) => listing::params(args, format),
             Self::Metrics(args) => listing::metrics(args, format),

@@ -6,9 +6,8 @@
 use crate::answer::{SessionAnswer, StopReason};
 use crate::error::{Result, SessionError};
 use crate::plan::{SessionPlan, since_epoch};
-use axum::Router;
 use axum::extract::{Request, State};
-use axum::http::{StatusCode, header};
+use axum::http::StatusCode;
 use axum::middleware::{Next, from_fn_with_state};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
@@ -19,12 +18,12 @@ use softdock_realtime::drive::controls::Controls;
 use softdock_realtime::log::codes::{Phase, StopCause};
 use softdock_realtime::signals::{AXES, axis_name};
 use softdock_realtime::view::model::{Percentiles, View};
-use std::net::{SocketAddr, TcpListener};
+use softdock_web::{LoopbackServer, Router, WebError, refusal};
+use std::net::SocketAddr;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::thread::{self, JoinHandle};
+use std::thread;
 use std::time::{Duration, Instant};
-use tokio::sync::oneshot;
 
 /// Default address of the page.
 pub const DEFAULT_ADDRESS: &str = "127.0.0.1:8765";
@@ -39,7 +38,6 @@ const LAST_LOOK: Duration = Duration::from_secs(2);
 pub struct PageBoard {
     controls: Arc<Controls>,
     token: String,
-    address: SocketAddr,
     state: Mutex<Value>,
     about: Mutex<Value>,
     outcome: Mutex<Value>,
@@ -52,8 +50,7 @@ pub struct PageBoard {
 /// session.
 pub struct OperatorPage {
     board: Arc<PageBoard>,
-    stop: Option<oneshot::Sender<()>>,
-    thread: Option<JoinHandle<()>>,
+    server: LoopbackServer,
 }
 
 impl OperatorPage {
@@ -63,49 +60,26 @@ impl OperatorPage {
     /// If the address is not on loopback, or cannot be bound.
     pub fn serve(address: &str, controls: &Arc<Controls>, plan: &SessionPlan) -> Result<Self> {
         let remedy = "write --serve 127.0.0.1:8765; to open it from another machine, forward that port with ssh";
-        let wanted: SocketAddr = address
-            .parse()
-            .map_err(|_| SessionError::refused(format!("`{address}` is no address of an operator's page"), remedy))?;
-        if !wanted.ip().is_loopback() {
-            return Err(SessionError::refused(
-                format!("{wanted} is reachable from other machines, and the page can move robots"),
-                remedy,
-            ));
-        }
-        let listener = TcpListener::bind(wanted)
-            .and_then(|listener| listener.set_nonblocking(true).map(|()| listener))
-            .map_err(|error| SessionError::refused(format!("cannot serve the page on {wanted}: {error}"), remedy))?;
         let board = Arc::new(PageBoard {
             controls: Arc::clone(controls),
             token: token()?,
-            address: listener.local_addr()?,
             state: Mutex::new(Value::Null),
             about: Mutex::new(about(plan)?),
             outcome: Mutex::new(Value::Null),
             watched: AtomicBool::new(false),
             has_seen_end: AtomicBool::new(false),
         });
-        let (stop, stopped) = oneshot::channel();
-        let for_server = Arc::clone(&board);
-        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
-        let thread = thread::Builder::new().name("operator page".to_owned());
-        let thread = thread.spawn(move || {
-            runtime.block_on(async {
-                let listener = tokio::net::TcpListener::from_std(listener).expect("a listener that does not block");
-                let served = axum::serve(listener, router(for_server));
-                tokio::select! {
-                    // A failed page requests no stop: keys and signals still do.
-                    _ = served.into_future() => {}
-                    _ = stopped => {}
-                }
-            });
+        // A failed page requests no stop: keys and signals still do.
+        let server = LoopbackServer::start(address, "operator page", router(Arc::clone(&board))).map_err(|error| {
+            let reason = if matches!(error, WebError::NotLoopback(_)) { ", and the page can move robots" } else { "" };
+            SessionError::refused(format!("{error}{reason}"), remedy)
         })?;
-        Ok(Self { board, stop: Some(stop), thread: Some(thread) })
+        Ok(Self { board, server })
     }
 
     /// Returns the address of the page.
     pub fn address(&self) -> SocketAddr {
-        self.board.address
+        self.server.address()
     }
 
     /// Returns the board that the session writes to.
@@ -152,12 +126,6 @@ impl Drop for OperatorPage {
         {
             thread::sleep(Duration::from_millis(20));
         }
-        if let Some(stop) = self.stop.take() {
-            let _ = stop.send(());
-        }
-        if let Some(thread) = self.thread.take() {
-            let _ = thread.join();
-        }
     }
 }
 
@@ -184,37 +152,22 @@ fn router(board: Arc<PageBoard>) -> Router {
         .route("/state", get(picture))
         .route("/go", post(go))
         .route("/stop", post(stop))
-        .layer(from_fn_with_state(Arc::clone(&board), only_this_address))
+        .layer(from_fn_with_state(Arc::clone(&board), only_with_token))
         .with_state(board)
 }
 
-/// A request that names another host comes from a foreign page.
-async fn only_this_address(State(board): State<Arc<PageBoard>>, request: Request, next: Next) -> Response {
-    let host = request.headers().get(header::HOST).and_then(|host| host.to_str().ok()).unwrap_or_default();
-    let port = board.address.port();
-    let own = [board.address.to_string(), format!("localhost:{port}")];
-    if !own.iter().any(|own| own == host) {
-        return (StatusCode::FORBIDDEN, "this page is served to this machine only").into_response();
-    }
-    if request.method() == axum::http::Method::POST {
-        let token = request.headers().get(TOKEN).and_then(|token| token.to_str().ok()).unwrap_or_default();
-        if token != board.token {
-            return (StatusCode::FORBIDDEN, "a command needs the token of the page").into_response();
-        }
+/// A command needs the token of the page: a foreign page does not know it.
+async fn only_with_token(State(board): State<Arc<PageBoard>>, request: Request, next: Next) -> Response {
+    let token = request.headers().get(TOKEN).and_then(|token| token.to_str().ok()).unwrap_or_default();
+    if request.method() == axum::http::Method::POST && token != board.token {
+        return refusal(StatusCode::FORBIDDEN, "a command needs the token of the page");
     }
     next.run(request).await
 }
 
 async fn page(State(board): State<Arc<PageBoard>>) -> Response {
     let text = include_str!("operator_page.html").replace("TOKEN_OF_THIS_SESSION", &board.token);
-    let policy =
-        "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; connect-src 'self'; img-src data:";
-    let headers = [
-        (header::CONTENT_TYPE, "text/html; charset=utf-8"),
-        (header::CACHE_CONTROL, "no-store"),
-        (header::CONTENT_SECURITY_POLICY, policy),
-    ];
-    (headers, text).into_response()
+    softdock_web::page(text)
 }
 
 async fn picture(State(board): State<Arc<PageBoard>>) -> Response {
@@ -223,14 +176,12 @@ async fn picture(State(board): State<Arc<PageBoard>>) -> Response {
     if !picture["outcome"].is_null() && picture["state"]["over"] == json!(true) {
         board.has_seen_end.store(true, Ordering::Relaxed);
     }
-    let headers = [(header::CONTENT_TYPE, "application/json"), (header::CACHE_CONTROL, "no-store")];
-    (headers, picture.to_string()).into_response()
+    softdock_web::answer(&picture)
 }
 
 async fn go(State(board): State<Arc<PageBoard>>) -> Response {
     if board.picture()["state"]["phase"] != json!(Phase::Ready.word()) {
-        return (StatusCode::CONFLICT, "GO was refused: a check is open again, or the session is past it")
-            .into_response();
+        return refusal(StatusCode::CONFLICT, "GO was refused: a check is open again, or the session is past it");
     }
     board.controls.go();
     StatusCode::NO_CONTENT.into_response()
