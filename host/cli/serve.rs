@@ -1,7 +1,7 @@
 //! `softdock serve`: results folders in a browser on this machine.
 
 use crate::progress::{listen, stopped};
-use crate::terminal::{Exit, Failure, Format, Outcome, print};
+use crate::terminal::{Exit, Failure, Format, Outcome};
 use clap::Args;
 use serde_json::json;
 use softdock_serve::{ResultsServer, found_folders};
