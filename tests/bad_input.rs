@@ -98,7 +98,7 @@ const CAMPAIGNS: &[Case] = &[
     campaign("mean = 0.18", "mean = inf", 16, "dispersion[2].dist.mean", "not a finite number", "write 1.5"),
     campaign("\"epistemic\"", "\"epistemc\"", 17, "dispersion[2].class", "is not known", "did you mean `epistemic`?"),
     campaign("[outer]\ndraws = 4", "", 16, "dispersion[2].dist", "there is no outer loop", "draws = 20"),
-    campaign("target = \"offset\"", "target = \"offset_q\"", 20, "dispersion[3].target", "no parameter `offset_q`", "did you mean `offset`?"),
+    campaign("target = \"offset\"", "target = \"offset_q\"", 20, "dispersion[3].target", "no parameter `offset_q`", "did you mean `offset_x`, `offset_y` or `offset_z`?"),
     campaign("sigma = [\"1 mm\", \"2 mm\", \"3 mm\"]", "sigma = [\"1 mm\", \"2 mm\"]", 21, "dispersion[3].dist.sigma", "2 values for 3 targets", "write 3 values in brackets"),
     campaign("kind = \"loguniform\", min = \"1e4 N/m\", max = \"1e5 N/m\"", "kind = \"triangular\", min = \"1e4 N/m\", max = \"1e5 N/m\"", 12, "dispersion[1].dist.kind", "`triangular` needs the key `mode`", "`triangular` takes: min, mode, max"),
     campaign("kind = \"loguniform\", min = \"1e4 N/m\", max = \"1e5 N/m\"", "kind = \"triangular\", min = \"1e4 N/m\", mode = \"2e5 N/m\", max = \"1e5 N/m\"", 12, "dispersion[1].dist.mode", "mode 200000 N/m is not from min to max", "write mode from 10000 N/m to 100000 N/m"),

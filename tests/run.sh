@@ -63,9 +63,9 @@ has_vulkan_loader && has_lavapipe || fail "no Vulkan loader or no lavapipe after
 python="$target/venv/bin/python3"
 peers="$(realpath -m "$target")/peers"
 make_environments() {
-    if ! "$python" -c 'import duckdb, pyarrow' 2>/dev/null; then
+    if ! "$python" -c 'import duckdb, pyarrow' 2>/dev/null || [ ! -x "$target/venv/bin/taplo" ]; then
         python3 -m venv "$target/venv"
-        "$python" -m pip install --quiet --disable-pip-version-check pyarrow duckdb
+        "$python" -m pip install --quiet --disable-pip-version-check pyarrow duckdb taplo==0.9.3
     fi
     [ -f "$peers/ready" ] || host/realtime/tests/peers/install.sh "$peers"
     touch "$peers/ready"
@@ -213,6 +213,9 @@ step "a campaign, from its file to its verdict"
 
 step "the same results, read by other programs"
 "$python" tests/read_results.py "$scratch/smoke"
+
+step "shipped files and wrong values, as an editor checks them"
+"$python" tests/schemas.py "$target/venv/bin/taplo"
 
 if [ "$full" = no ]; then
     printf '\n!! NOT RUN: full sizes of slow tests, an object store, parity on SwiftShader: bash tests/run.sh --full\n' >&2

@@ -174,12 +174,17 @@ fn files_of(first: &str) -> BTreeMap<String, &'static [u8]> {
         let Some(file) = SHIPPED.get_file(&name) else { continue };
         files.insert(name.clone(), file.contents());
         let Some(table) = file.contents_utf8().and_then(|text| text.parse::<toml::Table>().ok()) else { continue };
-        let mut texts = Vec::new();
+        let mut texts: Vec<String> = file.contents_utf8().and_then(schema_of).map(str::to_owned).into_iter().collect();
         texts_in(&toml::Value::Table(table), &mut texts);
         let named = texts.iter().filter_map(|text| beside(&name, text)).filter(|path| SHIPPED.get_file(path).is_some());
         open.extend(named.filter(|path| !files.contains_key(path)));
     }
     files
+}
+
+/// The schema that the first line of a file names for editors.
+fn schema_of(text: &str) -> Option<&str> {
+    text.lines().next()?.strip_prefix("#:schema ").map(str::trim)
 }
 
 /// All texts in a value.
@@ -228,7 +233,8 @@ mod tests {
     #[test]
     fn files_of_a_campaign_are_those_that_it_names() {
         let names = |id: &str| files_of(id).into_keys().collect::<Vec<_>>();
-        assert_eq!(names("smoke.toml"), ["scenarios/smoke.toml", "smoke.toml"]);
+        let schemas = ["schemas/campaign.schema.json", "schemas/scenario.schema.json"];
+        assert_eq!(names("smoke.toml"), ["scenarios/smoke.toml", schemas[0], schemas[1], "smoke.toml"]);
         let docking = names("probe_drogue.toml");
         for name in ["facilities/reference.toml", "models/kr300_r2500.toml", "scenarios/probe_drogue.toml"] {
             assert!(docking.iter().any(|own| own == name), "{docking:?}");

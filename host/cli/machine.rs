@@ -7,6 +7,7 @@ use crate::values::{named, positive, runs};
 use clap::{Args, Subcommand};
 use serde_json::json;
 use softdock_analysis::{MapCurve, map_page, map_text};
+use softdock_campaign::{SCHEMA_KINDS, SchemaKind};
 use softdock_engine::bench::{Windows, measure_machine};
 use softdock_engine::map::{LimitCurve, count_limits, stability_map};
 use softdock_engine::{Choice, open};
@@ -17,27 +18,33 @@ use softdock_tracer::kernel::kernel;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Print the JSON Schema of campaign, scenario, rig or robot files, for editors.
+/// Print the JSON Schema of a kind of files, for editors: keys, words, units, ranges.
 #[derive(Args, Debug)]
-#[command(after_help = "Example:\n  softdock schema campaign > campaign.schema.json")]
+#[command(after_help = "\
+An editor with Taplo (\"Even Better TOML\") reads the schema that the first line of a file names:
+  #:schema campaign.schema.json
+
+Example:
+  softdock schema campaign > campaign.schema.json")]
 pub(crate) struct SchemaArgs {
     /// Kind of file.
     #[arg(value_parser = named(&SCHEMAS))]
-    kind: fn() -> String,
+    kind: SchemaKind,
 }
 
-/// A file kind: word, content, schema.
-type SchemaRow = (&'static str, &'static str, fn() -> String);
-
-const SCHEMAS: [SchemaRow; 4] = [
-    ("campaign", "Dispersions, requirements, metrics", softdock_campaign::json_schema),
-    ("scenario", "The simulated task and its facility", softdock_campaign::scenario_json_schema),
-    ("rig", "A test rig whose recordings are diagnosed", softdock_campaign::rig_json_schema),
-    ("robot", "An industrial robot", softdock_campaign::robot_json_schema),
-];
+/// The kinds of files by their words.
+const SCHEMAS: [(&str, &str, SchemaKind); SCHEMA_KINDS.len()] = {
+    let mut rows = [("", "", SCHEMA_KINDS[0]); SCHEMA_KINDS.len()];
+    let mut at = 0;
+    while at < rows.len() {
+        rows[at] = (SCHEMA_KINDS[at].word, SCHEMA_KINDS[at].content, SCHEMA_KINDS[at]);
+        at += 1;
+    }
+    rows
+};
 
 pub(crate) fn schema(args: &SchemaArgs) -> Outcome {
-    print_bytes(format!("{}\n", (args.kind)()).as_bytes());
+    print_bytes(format!("{}\n", args.kind.text()).as_bytes());
     Ok(Exit::Done)
 }
 

@@ -12,12 +12,12 @@ use serde::Deserialize;
 use std::path::Path;
 
 /// Format that this version reads.
-const FORMAT: &str = "effects/1";
+pub(crate) const FORMAT: &str = "effects/1";
 
 /// Differences of an emulated facility from its scenario.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-struct EffectsFile {
+pub(crate) struct EffectsFile {
     /// Format and version of this file: "effects/1".
     schema: At<String>,
     /// Keys of the scenario in quotes, each with its new value.

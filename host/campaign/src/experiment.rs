@@ -5,16 +5,17 @@ use crate::problem::{Problem, Problems};
 use crate::read;
 use crate::source::Source;
 use crate::written::At;
+use schemars::JsonSchema;
 use serde::Deserialize;
 use std::path::Path;
 
 /// Format that this version reads and writes.
-const FORMAT: &str = "experiment/1";
+pub(crate) const FORMAT: &str = "experiment/1";
 
 /// A run of a campaign that discriminates between rival hypotheses.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-struct ExperimentFile {
+pub(crate) struct ExperimentFile {
     /// Format and version of this file: "experiment/1".
     schema: At<String>,
     /// Id of the campaign.

@@ -48,12 +48,14 @@ pub mod rules;
 mod sampling;
 mod scenario;
 mod scenario_key;
+mod schema;
 mod set_values;
 mod source;
 mod stability;
 pub mod station;
 pub mod suggest;
 mod table;
+mod unit_pattern;
 mod units;
 pub mod urdf;
 mod variant;
@@ -74,6 +76,7 @@ pub use sampling::{Draw, OwnScenario};
 pub use scenario::Scenario;
 pub use scenario::contact::rebound_restitution;
 pub use scenario_key::ScenarioKey;
+pub use schema::{SCHEMA_KINDS, SchemaKind};
 pub use source::settings::{Setting, Settings};
 pub use station::Station;
 pub use variant::Variant;
@@ -115,35 +118,6 @@ pub fn kind(path: &Path) -> Result<FileKind, Problems> {
         Some("scenario") => FileKind::Scenario,
         _ => FileKind::Other,
     })
-}
-
-/// JSON Schema of campaign files, for editors.
-pub fn json_schema() -> String {
-    pretty(&schemars::schema_for!(written::campaign::CampaignFile))
-}
-
-/// JSON Schema of scenario files, for editors.
-pub fn scenario_json_schema() -> String {
-    pretty(&schemars::schema_for!(written::scenario::ScenarioFile))
-}
-
-/// JSON Schema of facility files, for editors.
-pub fn station_json_schema() -> String {
-    pretty(&schemars::schema_for!(written::station::StationFile))
-}
-
-/// JSON Schema of robot model files, for editors.
-pub fn robot_json_schema() -> String {
-    pretty(&schemars::schema_for!(written::robot::RobotFile))
-}
-
-/// JSON Schema of rig model files, for editors.
-pub fn rig_json_schema() -> String {
-    pretty(&schemars::schema_for!(written::rig::RigFile))
-}
-
-fn pretty(schema: &schemars::Schema) -> String {
-    serde_json::to_string_pretty(schema).expect("a schema is plain JSON")
 }
 
 #[cfg(test)]

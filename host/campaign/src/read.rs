@@ -1,7 +1,7 @@
 //! From TOML text to the types as written; what the parser complains about becomes a [`Problem`].
 
 use crate::problem::{Problem, Problems};
-use crate::source::{SETTING, Source};
+use crate::source::Source;
 use crate::suggest::suggestion;
 use serde::de::DeserializeOwned;
 use softdock_input::{InputError, MAX_TABLE, MAX_TEXT};
@@ -73,6 +73,9 @@ const EXAMPLES: &[(&str, &str)] = &[
     ("confidence", "confidence = \"90 %\""),
     ("keep", "keep = [\"worst:5\", \"random:20\"]"),
 ];
+
+/// Added to a message about an unknown key of the campaign on the command line.
+const OTHER_FILES: &str = " (keys of the scenario begin with `scenario.`, those of the facility file with `station.`)";
 
 /// What has changed since an older version of a format.
 const CHANGES: &[(&str, &str)] = &[
@@ -249,9 +252,8 @@ fn structure(source: &Source, error: &Error) -> Problem {
     let names = quoted(message);
     if message.starts_with("unknown field") {
         let known = if names.len() > 1 { suggestion(names[0], &names[1..]) } else { "remove it".to_owned() };
-        let is_set = source.resolve(span.clone()).0.path() == Path::new(SETTING);
-        let files = "; a key of the scenario begins with `scenario.`, one of the facility file with `station.`";
-        let known = if is_set { known + files } else { known };
+        let (written, _) = source.resolve(span.clone());
+        let known = if written.is_setting_of_campaign() { known + OTHER_FILES } else { known };
         return Problem::at(source, span, format!("there is no key `{}` here", names[0])).value("").remedy(known);
     }
     if message.starts_with("missing field") {

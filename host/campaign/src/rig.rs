@@ -33,7 +33,7 @@ pub use sensor::{SENSOR_SIGNALS, SensorRig};
 pub use toss::{TOSS_SIGNALS, TossRig};
 
 /// Format that this version reads.
-const FORMAT: &str = "rig/1";
+pub(crate) const FORMAT: &str = "rig/1";
 
 /// A bench rig.
 #[derive(Clone, Debug)]

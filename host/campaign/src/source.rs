@@ -2,7 +2,7 @@
 
 use miette::NamedSource;
 use overlay::Overlay;
-use settings::Settings;
+use settings::{SetFile, Settings};
 use softdock_input::toml_depth;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -14,7 +14,7 @@ pub(crate) mod overlay;
 pub(crate) mod settings;
 
 /// What messages name in the place of a file for a value of the command line.
-pub(crate) const SETTING: &str = "--set";
+const SETTING: &str = "--set";
 
 /// Longest value that a message repeats in full.
 const EXCERPT: usize = 60;
@@ -97,6 +97,11 @@ impl Source {
             settings,
             is_given: false,
         }))
+    }
+
+    /// Whether this is a setting of the command line for the campaign file itself.
+    pub(crate) fn is_setting_of_campaign(&self) -> bool {
+        self.path() == Path::new(SETTING) && SetFile::of(self.text()).0 == SetFile::Campaign
     }
 
     /// The file with the places of the values that the command line has set in it.

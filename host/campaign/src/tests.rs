@@ -3,7 +3,7 @@
 use crate::campaign::{ContactEventPlan, Keep, Method};
 use crate::contact_names::{ContactNames, pair_key};
 use crate::scenario::tests::FREE_BODY;
-use crate::{Campaign, histograms, json_schema, load, scenario_json_schema};
+use crate::{Campaign, SCHEMA_KINDS, histograms, load};
 use softdock_kernels::fields::{fields, to_vec};
 use softdock_kernels::model::Side;
 use softdock_kernels::params::Params;
@@ -442,10 +442,11 @@ fn the_hash_covers_every_text() {
 
 #[test]
 fn schemas_describe_every_key() {
-    for (schema, keys) in [
-        (json_schema(), &["dispersion", "shard_runs", "at_most", "epistemic"][..]),
-        (scenario_json_schema(), &["closing_speed", "robot1_share", "max_depth"][..]),
+    for (kind, keys) in [
+        ("campaign", &["dispersion", "shard_runs", "at_most", "epistemic"][..]),
+        ("scenario", &["closing_speed", "robot1_share", "max_depth"][..]),
     ] {
+        let schema = SCHEMA_KINDS.iter().find(|own| own.word == kind).expect("a kind").text();
         let value: serde_json::Value = serde_json::from_str(&schema).expect("JSON");
         assert_eq!(value["additionalProperties"], false, "unknown keys are errors in the editor too");
         for key in keys {

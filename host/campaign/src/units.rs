@@ -95,10 +95,10 @@ impl Unit {
 const PI: f64 = std::f64::consts::PI;
 
 /// Symbol, SI value as numerator and denominator, exponents of metre, kilogram, second, radian.
-type Row = (&'static str, f64, f64, [i32; 4]);
+pub(crate) type Row = (&'static str, f64, f64, [i32; 4]);
 
 /// The units that may be written, alone or in products.
-const UNITS: &[Row] = &[
+pub(crate) const UNITS: &[Row] = &[
     ("1", 1.0, 1.0, [0, 0, 0, 0]),
     ("%", 1.0, 100.0, [0, 0, 0, 0]),
     ("‰", 1.0, 1e3, [0, 0, 0, 0]),
@@ -170,7 +170,7 @@ const FOREIGN: &[(&str, f64, &str)] = &[
 ];
 
 /// SI unit of a quantity, what it is called, and units to suggest.
-const KINDS: &[(&str, &str, &str)] = &[
+pub(crate) const KINDS: &[(&str, &str, &str)] = &[
     ("1", "a pure number", "0.5 or \"50 %\""),
     ("kg", "a mass", "kg, g, t"),
     ("m", "a length", "m, mm, cm"),
@@ -236,6 +236,11 @@ pub(crate) fn suggestions(si: &str) -> &str {
 
 fn kind(si: &str) -> Option<&'static (&'static str, &'static str, &'static str)> {
     KINDS.iter().find(|row| row.0 == si)
+}
+
+/// Exponents of metre, kilogram, second and radian, as in a row of [`UNITS`].
+pub(crate) fn exponents(dimension: Dimension) -> [i32; 4] {
+    [dimension.metre, dimension.kilogram, dimension.second, dimension.radian]
 }
 
 /// The dimension of a unit; `None` if it is not read.

@@ -41,7 +41,7 @@ fn a_problem_with_a_set_value_names_the_setting() {
     for (text, message, remedy) in [
         ("runs=0", "out of range", ""),
         ("rums=3", "there is no key `rums`", "did you mean `runs`?"),
-        ("friction=3", "there is no key `friction`", "begins with `scenario.`"),
+        ("friction=3", "there is no key `friction`", "begin with `scenario.`"),
         ("exection.backend=cpu", "there is no key `exection`", "did you mean `execution`?"),
         ("scenario.contact.friction=3 kg", "not a pure number", ""),
         ("scenario.contact.frction=3", "there is no key `frction`", "`friction`"),

@@ -15,6 +15,17 @@ pub(crate) enum SetFile {
     Station,
 }
 
+impl SetFile {
+    /// The file of a key, and its path there.
+    pub(crate) fn of(key: &str) -> (Self, &str) {
+        match (key.strip_prefix(PREFIX), key.strip_prefix(STATION)) {
+            (Some(path), _) => (Self::Scenario, path),
+            (_, Some(path)) => (Self::Station, path),
+            _ => (Self::Campaign, key),
+        }
+    }
+}
+
 /// A key of a campaign's files with a value in place of the written one: `runs=200`, `scenario.contact.friction=0.3`.
 #[derive(Clone, Debug)]
 pub struct Setting {
@@ -38,11 +49,7 @@ impl FromStr for Setting {
         if key.is_empty() || value.is_empty() {
             return Err(malformed());
         }
-        let (file, path) = match (key.strip_prefix(PREFIX), key.strip_prefix(STATION)) {
-            (Some(path), _) => (SetFile::Scenario, path),
-            (_, Some(path)) => (SetFile::Station, path),
-            _ => (SetFile::Campaign, key),
-        };
+        let (file, path) = SetFile::of(key);
         let steps = steps(path).map_err(|(message, remedy)| format!("{message}: {remedy}"))?;
         let value = value.parse::<Value>().unwrap_or_else(|_| Value::from(value));
         Ok(Self { text: text.to_owned(), key: key.to_owned(), file, steps, value })

@@ -5,6 +5,7 @@ pub(crate) mod compare;
 pub(crate) mod effect;
 pub(crate) mod facility;
 pub(crate) mod joint_level;
+pub(crate) mod key_values;
 pub(crate) mod rig;
 pub(crate) mod robot;
 pub(crate) mod scenario;
@@ -78,6 +79,17 @@ impl HoldsParameter for Option<Quantities> {
     }
 }
 
+/// What a property of a schema states about the parameter of its key, for [`crate::schema`].
+pub(crate) const PARAMETER: &str = "x-parameter";
+
+/// Marks a key of a table that holds a parameter.
+pub(crate) fn mark_parameter(schema: &mut Schema, key: &str, parameter: &str) {
+    let property = schema.get_mut("properties").and_then(|properties| properties.get_mut(key)?.as_object_mut());
+    if let Some(property) = property {
+        property.insert(PARAMETER.to_owned(), parameter.into());
+    }
+}
+
 /// Declares tables of a file, one row for each key: `key: type,`, and `key: type => parameter,` where the key holds a field
 /// of the bundle that the table's head names. Of a table that stands in several places a key names a parameter for each.
 macro_rules! file_table {
@@ -90,11 +102,17 @@ macro_rules! file_table {
         $(#[$meta])*
         #[derive(Debug, Deserialize, JsonSchema)]
         #[serde(deny_unknown_fields)]
+        #[schemars(transform = $name::mark_parameters)]
         pub(crate) struct $name {
             $($(#[$key_meta])* pub(crate) $key: $ty,)*
         }
 
         impl $name {
+            /// Marks in the schema of the table which keys hold a parameter.
+            fn mark_parameters(schema: &mut schemars::Schema) {
+                $($($crate::written::mark_parameter(schema, stringify!($key), [$(stringify!($parameter)),+][0]);)?)*
+            }
+
             /// The keys that are written and hold a parameter, with its name; `place` counts the places of the table.
             pub(crate) fn parameters(&self, place: usize) -> Vec<(&'static str, $crate::written::ParameterKey<'_>)> {
                 // Each name is a field.
