@@ -1,8 +1,12 @@
 //! The signals of a trace: one row each with name, unit, frame, what is included and which filter lies before it.
 
+use softdock_kernels::manipulator::cell::{Cell, RAIL};
+use softdock_kernels::model::Model;
 use softdock_kernels::outcome::Signals;
-use softdock_kernels::space::Wrench;
-use softdock_kernels::vector::Vec3;
+use softdock_kernels::plant::Plant;
+use softdock_kernels::space::{Motion, Wrench};
+use softdock_kernels::vector::{Pose, Vec3};
+use std::sync::Arc;
 
 /// A signal of a trace.
 pub(crate) struct Channel {
@@ -62,8 +66,8 @@ const ON_THE_FACILITY: [FacilityRow; 2] = [
     },
 ];
 
-/// All signals of a trace.
-pub(crate) fn signals() -> Vec<Channel> {
+/// All signals of a trace of a plant.
+pub(crate) fn signals(plant: &Plant) -> Vec<Channel> {
     let mut all = Vec::new();
     for (side, (prefix, frame, place)) in LOOPS.into_iter().enumerate() {
         for row in &BOTH_LOOPS {
@@ -95,7 +99,77 @@ pub(crate) fn signals() -> Vec<Channel> {
     }
     let energy = "energy injected by the facility: space port minus hardware port".to_owned();
     push(&mut all, "hil_injected_energy_j".to_owned(), "J", energy, |s| s.injected_energy);
+    poses(&mut all, plant);
     all
+}
+
+/// Where everything stands: in both loops the base, the arm's joints and part B; on the robots both parts and the axes.
+///
+/// Part A and the arm's links follow from base and joints, the target from part B, the robots' links from their axes.
+fn poses(all: &mut Vec<Channel>, plant: &Plant) {
+    let model: Arc<Model> = Arc::new((**plant).clone());
+    for (side, (prefix, place)) in
+        [("space", "in space"), ("hil", "in the facility's simulation")].into_iter().enumerate()
+    {
+        let rest = format!("frame: inertial axes; {place}");
+        let arm = Arc::clone(&model);
+        pose(all, &format!("{prefix}_base"), &format!("base's centre of mass, {rest}"), move |s| base(&arm, s, side));
+        pose(all, &format!("{prefix}_part_b"), &format!("part B, {rest}"), move |s| placed(&s.parts[side].b));
+        for joint in 0..model.links.len() {
+            let (unit, what) = if model.slides(joint) { ("m", "travel") } else { ("rad", "angle") };
+            let description = format!("{what} of the arm's joint {}, {place}", joint + 1);
+            push(all, format!("{prefix}_joint_{}_{unit}", joint + 1), unit, description, move |s| {
+                s.joints[side][joint]
+            });
+        }
+    }
+    let held = "as the robots hold it; frame: laboratory axes";
+    pose(all, "robots_part_a", &format!("part A, {held}"), |s| placed(&s.mounted.a));
+    pose(all, "robots_part_b", &format!("part B, {held}"), |s| placed(&s.mounted.b));
+    let driven = plant.session_robots.as_ref().map(|robots| robots.each_ref().map(|robot| robot.cell.clone()));
+    let Some(cells) = plant.cells.clone().or(driven) else { return };
+    let pick: [fn(&Signals) -> Motion<f64>; 2] = [|s| s.mounted.a, |s| s.mounted.b];
+    for (robot, (cell, pick)) in (1..).zip(cells.into_iter().zip(pick)) {
+        let cell: Arc<Cell> = Arc::new(cell);
+        for axis in 0..RAIL {
+            let own = Arc::clone(&cell);
+            let description = format!("angle of axis {} of robot {robot} that holds its part there", axis + 1);
+            let angle = move |s: &Signals| own.axes_for(&pick(s)).0.position[axis];
+            push(all, format!("robot{robot}_axis_{}_rad", axis + 1), "rad", description, angle);
+        }
+        if cell.limits(RAIL).is_some() {
+            let description = format!("place of robot {robot} on its rail that holds its part there");
+            let place = move |s: &Signals| cell.axes_for(&pick(s)).0.position[RAIL];
+            push(all, format!("robot{robot}_rail_m"), "m", description, place);
+        }
+    }
+}
+
+fn placed(motion: &Motion<f64>) -> Pose<f64> {
+    Pose { position: motion.position, attitude: motion.attitude }
+}
+
+/// Pose of the base: from part A back along the arm.
+fn base(model: &Model, s: &Signals, side: usize) -> Pose<f64> {
+    let link = |arm: Pose<f64>, joint: usize| arm.compose(model.link_pose(joint, s.joints[side][joint]));
+    let arm = (0..model.links.len()).fold(Pose::identity(), link).compose(model.tool);
+    placed(&s.parts[side].a).compose(arm.inverse())
+}
+
+/// Position and attitude quaternion of a frame.
+fn pose(all: &mut Vec<Channel>, name: &str, rest: &str, of: impl Fn(&Signals) -> Pose<f64> + Clone + 'static) {
+    for (axis, letter) in ["x", "y", "z"].into_iter().enumerate() {
+        let (of, description) = (of.clone(), format!("position {letter} of the {rest}"));
+        push(all, format!("{name}_position_{letter}_m"), "m", description, move |s| component(of(s).position, axis));
+    }
+    for (at, letter) in ["w", "x", "y", "z"].into_iter().enumerate() {
+        let (of, description) = (of.clone(), format!("attitude quaternion {letter} of the {rest}"));
+        let value = move |s: &Signals| {
+            let attitude = of(s).attitude;
+            [attitude.w, attitude.v.x, attitude.v.y, attitude.v.z][at]
+        };
+        push(all, format!("{name}_attitude_{letter}"), "1", description, value);
+    }
 }
 
 /// Force or moment of a wrench.
