@@ -1,4 +1,4 @@
-"""A page in Firefox over WebDriver BiDi, by its own remote agent.
+"""A page in Firefox over WebDriver BiDi, by its own remote agent, on a virtual display (Xvfb).
 
 Playwright's BiDi driver sends `emulation.setMediaFeaturesOverride`, which Firefox ESR 153 does not know, so that this test
 speaks the protocol itself: a few commands, no driver program.
@@ -7,6 +7,8 @@ speaks the protocol itself: a few commands, no driver program.
 import base64
 import itertools
 import json
+import os
+import pathlib
 import re
 import subprocess
 import tempfile
@@ -16,14 +18,18 @@ import websocket
 
 
 class Firefox:
-    """One headless window; `errors` and `requests` collect what the page reports and asks for."""
+    """One window on a virtual display; `errors` and `requests` collect what the page reports and asks for."""
 
     def __init__(self, program: str):
         self.errors: list[str] = []
         self.requests: list[str] = []
         self.profile = tempfile.TemporaryDirectory()
-        command = [program, "--headless", "--no-remote", "--profile", self.profile.name, "--remote-debugging-port", "0", "about:blank"]
-        self.process = subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True)
+        # Firefox draws WebGL by software on a display alone, and by default not at all.
+        preferences = pathlib.Path(self.profile.name) / "user.js"
+        preferences.write_text('user_pref("webgl.forbid-software", false);\n')
+        self.display, number = self._virtual_display()
+        command = [program, "--no-remote", "--profile", self.profile.name, "--remote-debugging-port", "0", "about:blank"]
+        self.process = subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True, env={**os.environ, "DISPLAY": f":{number}"})
         address = self._address()
         # What Firefox writes later must not fill the pipe.
         threading.Thread(target=lambda: [None for _ in self.process.stderr], daemon=True).start()
@@ -32,6 +38,16 @@ class Firefox:
         self.command("session.new", {"capabilities": {}})
         self.command("session.subscribe", {"events": ["log.entryAdded", "network.beforeRequestSent"]})
         self.context = self.command("browsingContext.getTree", {})["contexts"][0]["context"]
+
+    @staticmethod
+    def _virtual_display() -> tuple[subprocess.Popen, str]:
+        """Starts Xvfb on a free display and returns its process and number."""
+        reading, writing = os.pipe()
+        command = ["Xvfb", "-displayfd", str(writing), "-screen", "0", "1600x1000x24", "-nolisten", "tcp"]
+        process = subprocess.Popen(command, pass_fds=[writing], stderr=subprocess.DEVNULL)
+        os.close(writing)
+        with os.fdopen(reading) as answer:
+            return process, answer.readline().strip()
 
     def _address(self) -> str:
         for line in self.process.stderr:
@@ -88,4 +104,6 @@ class Firefox:
         self.socket.close()
         self.process.terminate()
         self.process.wait(timeout=20)
+        self.display.terminate()
+        self.display.wait(timeout=20)
         self.profile.cleanup()

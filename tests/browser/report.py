@@ -1,13 +1,13 @@
 """The results page in Chromium and Firefox: `report.py FOLDER [--chromium PROGRAM] [--firefox PROGRAM] [--screenshots DIR]`.
 
-FOLDER holds results of the campaign `campaigns/probe_drogue.toml` (any number of runs from 300) with names of users that are
-markup (`inject.py`). Every check that fails is listed; the exit status is 1 then.
+FOLDER holds results of the campaign that `inject.py` writes, at least 300 runs. Every check that fails is listed; the exit
+status is 1 then.
 """
 
 import argparse
 import pathlib
+import statistics
 import sys
-import time
 
 from axe_playwright_python.sync_playwright import Axe
 from bidi import Firefox
@@ -33,13 +33,21 @@ def selected(page: Page) -> str:
     return page.evaluate("document.getElementById('panel').hidden ? '' : document.querySelector('#panel h2').textContent")
 
 
-def loading(page: Page, url: str) -> None:
-    begun = time.monotonic()
-    page.goto(url)
-    page.wait_for_selector(READY, state="attached")
-    ready = int(page.evaluate("document.documentElement.dataset.ready"))
-    first = page.evaluate("performance.getEntriesByName('first-contentful-paint')[0]?.startTime ?? -1")
-    check("first screen below 1 s", 0 <= first < 1000, f"{first:.0f} ms; interactive {ready} ms; whole call {1e3 * (time.monotonic() - begun):.0f} ms")
+def loading(playwright, program: str, url: str) -> None:
+    """Time to the first screen, without the software renderer of WebGL, which delays every first picture."""
+    browser = playwright.chromium.launch(executable_path=program, args=["--no-sandbox"])
+    firsts, readies = [], []
+    for _ in range(5):
+        page = browser.new_page(viewport={"width": 1440, "height": 900})
+        page.goto(url)
+        page.wait_for_selector(READY, state="attached")
+        page.wait_for_timeout(300)
+        firsts.append(page.evaluate("performance.getEntriesByName('first-contentful-paint')[0]?.startTime ?? Infinity"))
+        readies.append(int(page.evaluate("document.documentElement.dataset.ready")))
+        page.close()
+    browser.close()
+    first, ready = statistics.median(firsts), statistics.median(readies)
+    check("first screen and interactive parts below 1 s", first < 1000 and ready < 1000, f"{first:.0f} ms, {ready:.0f} ms (medians of 5)")
 
 
 def deciding_run(page: Page, url: str) -> None:
@@ -138,6 +146,7 @@ def no_serious_fault(page: Page, name: str) -> None:
 
 def chromium(program: str, url: str, folder: pathlib.Path | None) -> None:
     with sync_playwright() as playwright:
+        loading(playwright, program, url)
         browser = playwright.chromium.launch(executable_path=program, args=FLAGS)
         context = browser.new_context(viewport={"width": 1440, "height": 900})
         page = context.new_page()
@@ -146,7 +155,8 @@ def chromium(program: str, url: str, folder: pathlib.Path | None) -> None:
         page.on("pageerror", lambda error: errors.append(str(error)))
         page.on("request", lambda request: requests.append(request.url[:80]))
         page.on("dialog", lambda dialog: (errors.append(f"dialog: {dialog.message}"), dialog.dismiss()))
-        loading(page, url)
+        page.goto(url)
+        page.wait_for_selector(READY, state="attached")
         shot(page, folder, "first")
         deciding_run(page, url)
         filters(page)
@@ -225,7 +235,8 @@ def firefox(program: str, url: str, folder: pathlib.Path | None) -> None:
         browser.evaluate("[...document.querySelectorAll('#replay button')].find((own) => own.textContent === 'Play')?.click()")
         browser.evaluate(wait.format(1500))
         after = browser.evaluate(clock)
-        check("Firefox: the replay plays", before != after, f"{before} to {after}; {browser.evaluate('document.querySelector(`#replay [role=status]`).textContent')}")
+        drawn = browser.evaluate("document.querySelectorAll('#replay canvas').length")
+        check("Firefox: the replay plays", drawn == 2 and before != after, f"{before} to {after}")
         if folder:
             (folder / "firefox.png").write_bytes(browser.screenshot())
         pdf = browser.pdf()

@@ -226,7 +226,7 @@ fn names_of_users_are_text_in_markup_and_data() {
     let page = std::fs::read_to_string(write_report(&input, &summary).unwrap()).unwrap();
     assert_eq!(page.matches("<script").count(), 3, "head, block and the page's own script");
     assert_eq!(page.matches("</script").count(), 3);
-    assert!(!page.contains("<img"));
+    assert!(!markup(&page).contains("<img"));
     let (head, _) = data(&page);
     assert_eq!(head["requirements"][0]["text"], EVIL);
 }
@@ -250,4 +250,51 @@ fn script_of_the_page_is_built_from_its_sources() {
     let hash = hash.finalize().to_hex();
     assert!(first.contains(hash.as_str()), "app.js is stale: run npm ci && npm run build in host/analysis/page");
     assert!(!script.to_lowercase().contains("</script"), "the script would end its own element");
+}
+
+/// Peak of the resident memory since the last call \[bytes\].
+#[cfg(target_os = "linux")]
+fn peak_memory() -> u64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap();
+    let line = status.lines().find(|line| line.starts_with("VmHWM")).unwrap();
+    let kilobytes: u64 = line.split_ascii_whitespace().nth(1).unwrap().parse().unwrap();
+    std::fs::write("/proc/self/clear_refs", "5").unwrap();
+    1_024 * kilobytes
+}
+
+/// Writes a gigabyte and takes minutes.
+#[cfg(target_os = "linux")]
+#[test]
+#[ignore = "slow: a million runs"]
+fn page_of_a_million_runs_is_small_and_takes_bounded_memory() {
+    const MILLION: u64 = 1_000_000;
+    let (results, requirements) = (tempfile::tempdir().unwrap(), requirements());
+    write_campaign(results.path(), MILLION);
+    peak_memory();
+    let begun = std::time::Instant::now();
+    let content = Content::read(results.path(), &facts(&requirements, MILLION)).unwrap();
+    let read = begun.elapsed();
+    let summary = summarise(&content, &facts(&requirements, MILLION)).unwrap();
+    let summarised = begun.elapsed();
+    let before = peak_memory();
+    let path = write_report(&input(&content, &requirements, MILLION), &summary).unwrap();
+    let (written, memory) = (begun.elapsed(), peak_memory());
+    let page = std::fs::read_to_string(&path).unwrap();
+    let (head, block) = data(&page);
+    println!(
+        "verified after {read:.1?}, summary after {summarised:.1?}, page after {written:.1?}; peak memory {} MB before the page, {} MB \
+         with it; page {} bytes, {} runs shown",
+        before >> 20,
+        memory >> 20,
+        page.len(),
+        head["shown"]
+    );
+    assert!(page.len() < 3_000_000, "{} bytes", page.len());
+    assert!(memory < 1 << 30, "{memory} bytes");
+    for curve in head["curves"].as_array().unwrap() {
+        assert_eq!(whole(&curve["runs"], &block).iter().sum::<u64>(), MILLION);
+    }
+    if let Ok(kept) = std::env::var("SOFTDOCK_KEEP_RESULTS") {
+        std::fs::copy(&path, Path::new(&kept).join("report.html")).unwrap();
+    }
 }

@@ -40,8 +40,8 @@ export type Option = EChartsCoreOption;
 
 const FONT = '"Helvetica Neue", Helvetica, Arial, "Liberation Sans", "DejaVu Sans", sans-serif';
 
-/** Width of a figure on paper, CSS pixels. */
-const PAPER_WIDTH = 660;
+/** Width of a figure on A4 paper, alone and beside another, CSS pixels. */
+const PAPER_WIDTHS = [660, 322];
 
 export interface ChartInput {
     /** Text for readers of the screen, and name of exported files. */
@@ -101,10 +101,11 @@ export class Chart {
         };
     }
 
-    /** Draws the figure if it is not drawn yet. */
-    draw(): void {
+    /** Draws the figure if it is not drawn yet; a hidden one needs a width. */
+    draw(width?: number): void {
         if (this.chart || !this.holder.isConnected) return;
-        this.chart = init(this.holder, null, { renderer: this.input.canvas ? "canvas" : "svg", locale: "EN" });
+        const size = width === undefined ? {} : { width, height: this.input.height };
+        this.chart = init(this.holder, null, { renderer: this.input.canvas ? "canvas" : "svg", locale: "EN", ...size });
         this.chart.setOption(this.option());
         this.input.ready?.(this.chart);
     }
@@ -116,9 +117,9 @@ export class Chart {
 
     /** Draws it for paper, at once and at the width of paper. */
     print(on: boolean): void {
-        this.draw();
+        const width = PAPER_WIDTHS[this.holder.closest(".figures") ? 1 : 0];
+        if (on) this.draw(width);
         this.update();
-        const width = Math.min(PAPER_WIDTH, Math.max(300, this.holder.clientWidth));
         this.chart?.resize(on ? { width, height: this.input.height } : { width: "auto", height: "auto" });
         this.chart?.getZr().flush();
     }
@@ -141,7 +142,7 @@ export class Chart {
 
 /** Draws all figures for paper, or back for the screen. */
 export function printAll(on: boolean): void {
-    for (const chart of all) if (chart.element.isConnected && chart.element.offsetParent !== null) chart.print(on);
+    for (const chart of all) if (chart.element.isConnected) chart.print(on);
 }
 
 onTheme(() => all.forEach((chart) => chart.update()));
@@ -153,7 +154,7 @@ export function axis(now: Colours, name: string, more: Record<string, unknown> =
         nameLocation: "middle",
         nameGap: 28,
         nameTextStyle: { color: now.soft },
-        axisLine: { show: true, lineStyle: { color: now.soft } },
+        axisLine: { show: true, onZero: false, lineStyle: { color: now.soft } },
         axisTick: { show: true, lineStyle: { color: now.soft } },
         axisLabel: { color: now.soft, hideOverlap: true },
         splitLine: { show: true, lineStyle: { color: now.rule, opacity: 0.6 } },

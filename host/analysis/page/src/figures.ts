@@ -4,7 +4,7 @@ import { axis, Chart, type Option, tooltip } from "./chart";
 import { CODE, type Curve, type Data, type OutcomeMap, type Requirement } from "./data";
 import { button, el, escaped, select } from "./dom";
 import { axisText, columnText, grouped, percent, shownAs, significant } from "./format";
-import { columnAxis, Scatter } from "./scatter";
+import { columnAxis, logEnds, Scatter } from "./scatter";
 import type { Store } from "./store";
 import type { Colours } from "./theme";
 
@@ -107,7 +107,7 @@ function curveChart(store: Store, curve: Curve, chosen: () => string): Chart {
         });
         return {
             grid: { left: 48, right: 14, top: 12, bottom: 44 },
-            xAxis: axis(now, axisText(column, store.units), { type: logarithmic ? "log" : "value", scale: true, axisLabel: { color: now.soft, hideOverlap: true, formatter: (value: number) => significant(value, 3) } }),
+            xAxis: axis(now, axisText(column, store.units), { type: logarithmic ? "log" : "value", scale: true, ...(logarithmic ? logEnds : {}), axisLabel: { color: now.soft, hideOverlap: true, formatter: (value: number) => significant(value, 3) } }),
             yAxis: axis(now, "share of runs", { type: "value", min: 0, max: chosen() === "success" ? 1 : undefined, nameGap: 34 }),
             tooltip: tooltip(now, {
                 trigger: "axis",

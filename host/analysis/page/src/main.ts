@@ -24,15 +24,15 @@ function shell(): void {
     const contents = document.querySelector<HTMLDetailsElement>("nav.contents details");
     if (contents && innerWidth < 1360) contents.open = false;
     // Only what scrolls is a stop of the keyboard.
-    const stops = () => {
-        for (const box of document.querySelectorAll<HTMLElement>(".scroll")) {
+    const stop = new ResizeObserver((entries) => {
+        for (const { target } of entries) {
+            const box = target as HTMLElement;
             const scrolls = box.scrollWidth > box.clientWidth + 1 || box.classList.contains("runs-scroll");
             if (scrolls) box.tabIndex = 0;
             else box.removeAttribute("tabindex");
         }
-    };
-    stops();
-    addEventListener("resize", stops);
+    });
+    for (const box of document.querySelectorAll(".scroll")) stop.observe(box);
 }
 
 async function start(): Promise<void> {

@@ -26,6 +26,17 @@ function causeText(data: Data, row: number, side: number): string | null {
     return phase === "none" ? text : `${text}, ${phase} phase`;
 }
 
+/** Requirements on a metric that a loop does not hold, each with its value. */
+function missedRequirements(store: Store, row: number, side: number): string[] {
+    const { data, units } = store;
+    const value = (at: number) => valueText(data.head.columns[at], data.values(at)[row], units);
+    return data.head.requirements.flatMap((own) => {
+        const [margin, metric] = [own.margin[side], own.value[side]];
+        if (margin === null || metric === null || !(data.values(margin)[row] < 0)) return [];
+        return [`${own.id}: ${own.metric} ${value(metric)}, margin ${value(margin)}`];
+    });
+}
+
 function requirementRows(store: Store, row: number): HTMLElement[] {
     const { data, units } = store;
     const text = (at: number | null) => (at === null ? "\u2013" : valueText(data.head.columns[at], data.values(at)[row], units));
@@ -86,8 +97,8 @@ function history(store: Store, run: number): HTMLElement {
     }
     const command = `softdock replay . ${run}`;
     const copy = button("Copy", () => void navigator.clipboard?.writeText(command));
-    const where = store.data.head.traced.includes(run) ? "The time history of this run is in the results folder, but not on this page." : "No time history of this run was kept.";
-    return el("p", {}, where, " Make it in the results folder: ", el("code", {}, command), " ", copy);
+    const where = store.data.head.traced.includes(run) ? "The time history of this run is in the results folder, not on this page." : "No time history of this run was kept.";
+    return el("p", {}, where, " Make one there: ", el("code", {}, command), " ", copy);
 }
 
 /** Fills the panel with the selected run. */
@@ -118,7 +129,11 @@ export function panel(store: Store, aside: HTMLElement): void {
             const { words } = data.head;
             const verdict = (side: number) => {
                 const outcome = words.outcome[data.codes[CODE.outcome[side]][row]];
-                return el("p", { class: "cause" }, el("b", { class: outcome === "pass" ? "verified" : "not_verified" }, `${outcome} ${SIDES[side]}`), causeText(data, row, side) ? `: ${causeText(data, row, side)}` : "");
+                const missed = missedRequirements(store, row, side);
+                const cause = causeText(data, row, side);
+                const word = outcome === "pass" && missed.length > 0 ? "fails a requirement" : outcome;
+                const reasons = [...(cause ? [cause] : []), ...missed];
+                return el("p", { class: "cause" }, el("b", { class: word === "pass" ? "verified" : "not_verified" }, `${SIDES[side]}: ${word}`), reasons.length > 0 ? `. ${reasons.join("; ")}.` : "");
             };
             const flags = data.head.flags.filter(([bit]) => (data.flags[row] & bit) !== 0);
             aside.replaceChildren(

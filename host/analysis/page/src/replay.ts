@@ -33,7 +33,7 @@ import type { Data, Place, Poses, Robot, Scene, Solid, Trace } from "./data";
 import { button, el, select } from "./dom";
 import { significant } from "./format";
 import { colours } from "./theme";
-import { traceName, type TraceView } from "./traces";
+import { endOf, traceName, type TraceView } from "./traces";
 
 /** Where the outline of a hole is cut off, over the radius of its mouth. */
 const RIM = 1.3;
@@ -252,7 +252,7 @@ class View {
     }
 
     /** Puts everything where it is; the view follows part B. */
-    place(motion: Motion, peak: number): void {
+    place(motion: Motion, peak: number, isOver: boolean): void {
         this.pose(motion);
         const moved = this.partB.position.clone().sub(this.centre);
         this.centre.copy(this.partB.position);
@@ -260,7 +260,7 @@ class View {
         this.camera.position.add(moved);
         const force = motion.vector(this.force, "_n", new Vector3());
         const size = force.length();
-        this.arrow.visible = size > 1e-3 * peak && size > 0;
+        this.arrow.visible = !isOver && size > 1e-3 * peak;
         if (this.arrow.visible) {
             const length = (2.2 * this.scene.reach * size) / peak + 0.15 * this.scene.reach;
             this.arrow.position.copy(this.partA.position);
@@ -404,6 +404,8 @@ export function replay(data: Data, traces: TraceView, onTheme: (listener: () => 
     const message = el("p", { class: "soft", role: "status" });
     let motion: Motion | null = null;
     let [time, peak, playing, speed, last] = [0, 1, false, 1, 0];
+    // When the loops ended.
+    let ends: [number, number] = [Infinity, Infinity];
 
     const clock = el("output", { "aria-live": "off" }, "");
     const slider = el("input", { type: "range", min: 0, max: 1, step: "any", value: 0, "aria-label": "Time of the run", input: () => seek(Number(slider.value)) });
@@ -423,7 +425,7 @@ export function replay(data: Data, traces: TraceView, onTheme: (listener: () => 
         clock.textContent = `${significant(time, 5)} s`;
         slider.setAttribute("aria-valuetext", clock.textContent);
         motion.seek(time);
-        for (const view of views) view.place(motion, peak);
+        views.forEach((view, at) => view.place(motion as Motion, peak, time > ends[at]));
         traces.setCursor(time);
         draw();
     };
@@ -450,12 +452,11 @@ export function replay(data: Data, traces: TraceView, onTheme: (listener: () => 
     const side = () => views.forEach((view) => view.look(9 * (scene?.reach ?? 1), new Vector3(0, -1, 0.001)));
     const make = () => {
         if (!scene || views.length > 0) return;
-        try {
-            views.push(new SpaceView(scene), new FacilityView(scene));
-        } catch {
+        if (!document.createElement("canvas").getContext("webgl2")) {
             message.textContent = "This browser draws no three dimensions (WebGL is off): there is no replay.";
             return;
         }
+        views.push(new SpaceView(scene), new FacilityView(scene));
         holder.replaceChildren(...views.map((view) => view.element));
         for (const view of views) view.element.addEventListener("pointermove", draw);
         for (const view of views) view.element.addEventListener("wheel", draw);
@@ -471,15 +472,17 @@ export function replay(data: Data, traces: TraceView, onTheme: (listener: () => 
             message.textContent = `The time history of ${traceName(trace)} has no poses: it was written by an earlier version of softdock. Run the campaign again with --fresh, or make this one with softdock replay.`;
             return;
         }
-        message.textContent = scene?.robots ? "" : "The facility of this campaign states no robots: only the parts are shown on its side.";
+        ends = [endOf(data, trace, "space"), endOf(data, trace, "facility")];
+        const last = motion.time[motion.time.length - 1];
+        const over = ends.map((own, at) => (own < last ? `${at === 0 ? "The loop in space" : "The session on the facility"} ends at ${significant(own, 4)} s.` : "")).filter(Boolean);
+        message.textContent = [...over, scene?.robots ? "" : "The facility of this campaign states no robots: only the parts are shown on its side."].filter(Boolean).join(" ");
         make();
         if (views.length === 0) {
             controls.hidden = true;
             return;
         }
-        const end = motion.time[motion.time.length - 1];
         slider.min = String(motion.time[0]);
-        slider.max = String(end);
+        slider.max = String(last);
         peak = Math.max(motion.peak("space_contact_force"), motion.peak("hil_contact_force"), 1e-9);
         seek(trace.contact[0]);
         near();

@@ -17,6 +17,12 @@ export interface Axes {
     colour: number | null;
 }
 
+/** A logarithmic axis ends a little beyond its data, not at the next power of ten. */
+export const logEnds = {
+    min: ({ min }: { min: number }) => Number((min / 1.1).toPrecision(2)),
+    max: ({ max }: { max: number }) => Number((1.1 * max).toPrecision(2)),
+};
+
 /** An axis of a column: transform from SI, its inverse, and the look. */
 export function columnAxis(store: Store, now: Colours, at: number, vertical: boolean): {
     to: (value: number) => number;
@@ -51,6 +57,7 @@ export function columnAxis(store: Store, now: Colours, at: number, vertical: boo
         look: axis(now, name, {
             type: scale.kind === "log" ? "log" : "value",
             scale: true,
+            ...(scale.kind === "log" ? logEnds : {}),
             ...gap,
             axisLabel: { color: now.soft, hideOverlap: true, formatter: (value: number) => significant(value, 3) },
         }),

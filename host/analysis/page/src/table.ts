@@ -228,7 +228,9 @@ export function tableColumns(store: Store): number[] {
         const { range } = head.columns[at];
         return range !== null && range[0] < range[1];
     };
-    const margins = head.requirements.flatMap((requirement) => requirement.margin).filter((at): at is number => at !== null);
+    // The margin of a requirement on success only repeats the outcome.
+    const measured = head.requirements.filter((requirement) => requirement.histogram !== null);
+    const margins = measured.flatMap((requirement) => requirement.margin).filter((at): at is number => at !== null);
     const ranked = head.curves.map((curve) => curve.column);
     const rest = head.columns.map((_, at) => at);
     const ordered = [...margins, ...ranked, ...rest.filter((at) => head.columns[at].group === "input"), ...rest];

@@ -2,7 +2,7 @@
 
 import type { ECharts } from "echarts/core";
 import { axis, Chart, type Option, tooltip } from "./chart";
-import type { Data, Trace } from "./data";
+import type { Data, Side, Trace } from "./data";
 import { el, escaped, select } from "./dom";
 import { siText, significant, unitText } from "./format";
 import type { Store } from "./store";
@@ -19,6 +19,14 @@ export function showTrace(run: number): void {
 
 export function traceName(trace: Trace): string {
     return trace.run === null ? "nominal case" : `run ${trace.run}`;
+}
+
+/** When a loop of a trace ended: its signals stand still from then on \[s\]. */
+export function endOf(data: Data, trace: Trace, side: Side): number {
+    const row = trace.run === null ? undefined : data.row(trace.run);
+    const column = data.column(side === "space" ? "space_end_time_s" : "hil_end_time_s");
+    const end = row === undefined || column === undefined ? NaN : data.values(column)[row];
+    return Number.isFinite(end) ? end : Infinity;
 }
 
 /** Events of a run on a loop. */
@@ -39,7 +47,15 @@ function events(data: Data, trace: Trace): { time: number; text: string }[] {
         { time: at("space_cause_time_s"), text: `${cause(0)}, space` },
         { time: at("hil_cause_time_s"), text: `${cause(1)}, facility` },
     ];
-    return all.filter((event) => Number.isFinite(event.time));
+    const near = 0.02 * (trace.contact[1] - trace.contact[0]);
+    const seen: { time: number; text: string }[] = [];
+    for (const event of all.filter((own) => Number.isFinite(own.time)).sort((one, two) => one.time - two.time)) {
+        const last = seen[seen.length - 1];
+        // Events beside one another share a line, so that their names can be read.
+        if (last && event.time - last.time < near) last.text += `; ${event.text}`;
+        else seen.push({ ...event });
+    }
+    return seen;
 }
 
 export interface TraceView {
@@ -71,17 +87,18 @@ export function traceFigure(store: Store): TraceView {
             const time = data.f32(trace.time);
             for (const curve of trace.curves.filter((candidate) => candidate.quantity === quantity)) {
                 const values = data.f32(curve.values);
+                const end = 1.0001 * endOf(data, trace, curve.place === "space" ? "space" : "facility");
                 const colour = curve.place === "space" || curve.place === "measured" ? now.space : now.facility;
                 series.push({
                     type: "line", name: `${traceName(trace)}, ${curve.place}`, showSymbol: false, color: colour, silent: true,
                     lineStyle: { width: at === current ? 1.6 : 1.1, type: DASHES[place % DASHES.length], opacity: at === current ? 1 : 0.7 },
-                    data: Array.from(time, (instant, index) => [instant, values[index]]), sampling: undefined, z: at === current ? 4 : 3,
+                    data: Array.from(time, (instant, index) => [instant, instant <= end ? values[index] : NaN]), z: at === current ? 4 : 3,
                 });
             }
         });
         const trace = head.traces[current];
         const limits = (own?.limits ?? []).map((limit) => ({ yAxis: limit.value, label: { formatter: `${limit.requirement} ${siText(limit.value, own?.unit ?? "1")}`, position: "insideEndTop", color: now.limit }, lineStyle: { color: now.limit, type: "solid", width: 1.2 } }));
-        const marks = events(data, trace).map((event, at) => ({ xAxis: event.time, label: { formatter: event.text, color: now.soft, fontSize: 10, rotate: 90, position: "insideEndTop", distance: [2, 4 + 0 * at] }, lineStyle: { color: now.soft, type: "dashed", width: 1 } }));
+        const marks = events(data, trace).map((event) => ({ xAxis: event.time, label: { formatter: event.text, color: now.soft, fontSize: 10, rotate: 90, position: "insideEndTop", distance: [2, 4] }, lineStyle: { color: now.soft, type: "dashed", width: 1 } }));
         series.push({ type: "line", name: "marks", data: [], markLine: { symbol: "none", silent: true, animation: false, data: [...limits, ...marks] } });
         const peak = Math.max(0, ...series.flatMap((curve) => ((curve.data as [number, number][]) ?? []).map((point) => point[1])).filter(Number.isFinite));
         const greatest = Math.max(peak, ...(own?.limits ?? []).map((limit) => limit.value));
@@ -90,7 +107,7 @@ export function traceFigure(store: Store): TraceView {
         return {
             grid: { left: 66, right: 20, top: 34, bottom: 74 },
             legend: { top: 0, type: "scroll", textStyle: { color: now.ink }, itemWidth: 18, itemHeight: 3, data: series.slice(0, -1).map((curve) => curve.name as string) },
-            xAxis: axis(now, "time [s]", { type: "value", scale: true, min: "dataMin", max: "dataMax", axisPointer: { show: false } }),
+            xAxis: axis(now, "time [s]", { type: "value", scale: true, min: "dataMin", max: "dataMax", axisLabel: { color: now.soft, hideOverlap: true, showMinLabel: false, showMaxLabel: false, formatter: (value: number) => significant(value, 4) } }),
             yAxis: axis(now, own ? `${own.text}${unitText(own.unit) ? ` [${unitText(own.unit)}]` : ""}` : "", { type: "value", scale: true, nameGap: 50, ...(own?.limits.length ? { max: significantCeil(1.05 * greatest) } : {}), axisLabel: { color: now.soft, formatter: (value: number) => significant(value, 3) } }),
             dataZoom: [
                 { type: "inside", startValue: start, endValue: end, filterMode: "none", zoomOnMouseWheel: "ctrl", moveOnMouseWheel: false, moveOnMouseMove: false },

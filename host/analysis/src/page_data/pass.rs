@@ -32,7 +32,7 @@ const SAMPLE: [usize; 2] = [1_500, 8_000];
 const WORST: usize = 10;
 
 /// Metrics of the page besides those of requirements and those that the campaign defines.
-const METRICS: [&str; 19] = [
+const METRICS: [&str; 20] = [
     "touch_time",
     "approach_speed",
     "restitution",
@@ -52,6 +52,7 @@ const METRICS: [&str; 19] = [
     "tracking_lag",
     "tracking_error",
     "tracking_overshoot",
+    "end_time",
 ];
 
 /// Metrics whose largest size over all runs is reported.

@@ -1,7 +1,7 @@
 //! Time histories for the page: a few traces, thinned without losing a peak, with the poses of the replay.
 
 use serde::Serialize;
-use softdock_campaign::requirement::{Requirement, RequirementLimits};
+use softdock_campaign::requirement::{Requirement, RequirementLimits, SUCCESS};
 use softdock_results::traces::{NOMINAL_RUN, Trace};
 use std::ops::Range;
 
@@ -203,7 +203,10 @@ fn has(trace: &Trace, signal: &str) -> bool {
 /// The traces that the page shows: the worst run of each requirement in each loop, the nominal case, then others, worst
 /// runs before random ones.
 pub(crate) fn chosen<'a>(traces: &'a [Trace], summary: &Summary) -> Vec<&'a Trace> {
-    let worst = summary.requirements.iter().flat_map(|own| [&own.loops.space, &own.loops.facility]);
+    // The worst run of a requirement on success is any that fails: it comes behind those of measured quantities.
+    let mut requirements: Vec<_> = summary.requirements.iter().collect();
+    requirements.sort_by_key(|own| own.metric == SUCCESS);
+    let worst = requirements.into_iter().flat_map(|own| [&own.loops.space, &own.loops.facility]);
     let mut wanted: Vec<u64> = worst.filter_map(|side| side.worst.map(|worst| worst.run)).collect();
     wanted.push(NOMINAL_RUN);
     let mut others: Vec<&Trace> = traces.iter().collect();
