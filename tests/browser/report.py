@@ -6,6 +6,7 @@ status is 1 then.
 
 import argparse
 import pathlib
+import shutil
 import statistics
 import sys
 
@@ -251,6 +252,14 @@ def firefox(program: str, url: str, folder: pathlib.Path | None) -> None:
         browser.close()
 
 
+def program_of(name: str) -> str:
+    """Returns the path of a program."""
+    found = shutil.which(name)
+    if not found:
+        raise SystemExit(f"report.py: there is no program `{name}`")
+    return found
+
+
 def main() -> int:
     options = argparse.ArgumentParser()
     options.add_argument("folder", type=pathlib.Path)
@@ -263,9 +272,9 @@ def main() -> int:
     page = (given.folder / "report.html").resolve()
     check("the page is at most 3 MB", page.stat().st_size <= 3_000_000, f"{page.stat().st_size} bytes")
     if given.chromium:
-        chromium(given.chromium, page.as_uri(), given.screenshots)
+        chromium(program_of(given.chromium), page.as_uri(), given.screenshots)
     if given.firefox:
-        firefox(given.firefox, page.as_uri(), given.screenshots)
+        firefox(program_of(given.firefox), page.as_uri(), given.screenshots)
     print(f"{len(failures)} checks failed")
     return 1 if failures else 0
 

@@ -205,3 +205,59 @@ fn push(
 ) {
     all.push(Channel { name, unit, description, of: Box::new(of) });
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rows::RowBuilder;
+    use crate::traces::record;
+    use softdock_engine::RunInput;
+    use softdock_kernels::manipulator::cell::{AXES, Axes};
+    use softdock_kernels::vector::{Quat, vec3};
+
+    #[test]
+    fn poses_of_a_trace_agree_with_its_relative_positions() {
+        let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../campaigns/probe_drogue.toml");
+        let campaign = softdock_campaign::load(&path).expect("a shipped campaign");
+        let builder = RowBuilder::new(&campaign);
+        let input = RunInput::new(0, campaign.draw(0).expect("a draw").params);
+        let (_, trace) = record(&builder, 100, input, "test".to_owned());
+        let model = &campaign.scenario.model;
+        assert!(trace.time.len() > 10 && !model.links.is_empty());
+        let at = |name: &str, instant: usize| {
+            trace.signal(name).unwrap_or_else(|| panic!("no signal {name}"))[instant].expect("a value")
+        };
+        let pose = |name: &str, instant: usize| {
+            let place = ["x", "y", "z"].map(|axis| at(&format!("{name}_position_{axis}_m"), instant));
+            let [w, x, y, z] = ["w", "x", "y", "z"].map(|part| at(&format!("{name}_attitude_{part}"), instant));
+            assert!((w * w + x * x + y * y + z * z - 1.0).abs() < 1e-9, "{name} has a unit quaternion");
+            Pose { position: vec3(place[0], place[1], place[2]), attitude: Quat { w, v: vec3(x, y, z) } }
+        };
+        for side in ["space", "hil"] {
+            for instant in 0..trace.time.len() {
+                let link = |frame: Pose<f64>, joint: usize| {
+                    frame.compose(model.link_pose(joint, at(&format!("{side}_joint_{}_rad", joint + 1), instant)))
+                };
+                let arm = (0..model.links.len()).fold(pose(&format!("{side}_base"), instant), link);
+                let gap = arm.compose(model.tool).position - pose(&format!("{side}_part_b"), instant).position;
+                let stated = ["x", "y", "z"].map(|axis| at(&format!("{side}_relative_position_{axis}_m"), instant));
+                let error = (gap - vec3(stated[0], stated[1], stated[2])).norm();
+                assert!(error < 1e-9, "{side} at {} s: {error} m", trace.time[instant]);
+            }
+        }
+        // The axes hold the parts where the robots have them.
+        let [robot1, robot2] = builder.job.plant.session_robots.as_ref().expect("the reference facility's robots");
+        for (number, robot, part) in [(1, robot1, "robots_part_a"), (2, robot2, "robots_part_b")] {
+            let mut position = [0.0; AXES];
+            for (axis, value) in position.iter_mut().enumerate().take(RAIL) {
+                *value = at(&format!("robot{number}_axis_{}_rad", axis + 1), 0);
+            }
+            if number == 1 {
+                position[RAIL] = at("robot1_rail_m", 0);
+            }
+            let held = robot.cell.part_on(&Axes { position, rate: [0.0; AXES] });
+            let error = (held.position - pose(part, 0).position).norm();
+            assert!(error < 1e-6, "robot {number}: {error} m");
+        }
+    }
+}

@@ -114,9 +114,13 @@ export class Scatter {
         rows.forEach((row) => (passes[row] = 1));
         const groups = new Map<string, number[][]>(ORDER.map((id) => [id, []]));
         const faded: number[][] = [];
+        let missing = 0;
         for (let row = 0; row < data.run.length; row++) {
             const dot = [x.to(valuesX[row]), y.to(valuesY[row]), row, valuesC ? valuesC[row] : 0];
-            if (!Number.isFinite(dot[0]) || !Number.isFinite(dot[1])) continue;
+            if (!Number.isFinite(dot[0]) || !Number.isFinite(dot[1])) {
+                missing += 1;
+                continue;
+            }
             if (passes[row]) groups.get(data.stratum(row))?.push(dot);
             else faded.push(dot);
         }
@@ -142,12 +146,12 @@ export class Scatter {
             series.push({ type: "scatter", name: `run ${selected}`, data: [dot], symbolSize: 15, itemStyle: { color: "transparent", borderColor: now.ink, borderWidth: 2 }, z: 20, silent: true });
         }
         this.chart.setCaption(
-            `Each dot is one of the ${grouped(data.head.shown)} shown runs; a click opens it.${this.brush ? " The box tool filters the table." : ""}`,
+            `Each dot is one of the ${grouped(data.head.shown)} shown runs; a click opens it.${missing > 0 ? ` ${grouped(missing)} runs without a value on an axis are not drawn.` : ""}${this.brush ? " The box tool filters the table." : ""}`,
         );
         const narrow = innerWidth < 600;
         return {
             grid: { left: 68, right: valuesC ? 70 : 16, top: 34, bottom: 46 },
-            legend: { show: !valuesC, top: 0, left: 60, right: 60, type: "scroll", textStyle: { color: now.ink }, itemWidth: 9, itemHeight: 9, itemGap: narrow ? 8 : 14, data: series.slice(1).map((own) => own.name as string).filter((name) => [...texts.values()].includes(name)) },
+            legend: { show: !valuesC, top: 0, left: 60, right: 92, type: "scroll", textStyle: { color: now.ink }, itemWidth: 9, itemHeight: 9, itemGap: narrow ? 8 : 14, data: series.slice(1).map((own) => own.name as string).filter((name) => [...texts.values()].includes(name)) },
             toolbox: {
                 right: 4, top: 0, itemSize: 14, iconStyle: { borderColor: now.soft },
                 feature: { brush: this.brush ? { type: ["rect"], title: { rect: "Filter by a box" } } : undefined, dataZoom: { title: { zoom: "Zoom into a box", back: "Undo the zoom" }, brushStyle: { color: now.space, opacity: 0.15 } } },
