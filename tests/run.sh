@@ -53,15 +53,18 @@ has_lavapipe || missing+=(mesa-vulkan-drivers)
 has_venv || missing+=(python3 python3-venv)
 command -v ip >/dev/null || missing+=(iproute2)
 command -v chromium >/dev/null || missing+=(chromium)
+command -v firefox-esr >/dev/null || missing+=(firefox-esr libgl1-mesa-dri)
+command -v Xvfb >/dev/null || missing+=(xvfb)
 if [ "${#missing[@]}" -gt 0 ]; then
     echo "installing ${missing[*]}"
     install "${missing[@]}"
 fi
 has_vulkan_loader && has_lavapipe || fail "no Vulkan loader or no lavapipe after installing them"
 
-# Two Python environments, made while the lints are compiled: readers of results, and peers of the protocols.
+# Three Python environments, made while the lints are compiled: readers of results, peers of the protocols, and the driver of browsers.
 python="$target/venv/bin/python3"
 peers="$(realpath -m "$target")/peers"
+browsers="$(realpath -m "$target")/browsers"
 make_environments() {
     if ! "$python" -c 'import duckdb, pyarrow' 2>/dev/null || [ ! -x "$target/venv/bin/taplo" ]; then
         python3 -m venv "$target/venv"
@@ -69,6 +72,11 @@ make_environments() {
     fi
     [ -f "$peers/ready" ] || host/realtime/tests/peers/install.sh "$peers"
     touch "$peers/ready"
+    if ! cmp -s tests/browser/requirements.txt "$browsers/made.txt"; then
+        python3 -m venv "$browsers"
+        "$browsers/bin/python3" -m pip install --quiet --disable-pip-version-check -r tests/browser/requirements.txt
+        cp tests/browser/requirements.txt "$browsers/made.txt"
+    fi
 }
 mkdir -p "$target"
 make_environments >"$scratch/environments.log" 2>&1 &
@@ -207,6 +215,12 @@ SOFTDOCK_MCAP="$scratch/others.mcap" cargo test "${all[@]}" --lib write_a_log_fo
 
 step "the operator's page, in a browser"
 SOFTDOCK_BROWSER=chromium cargo test "${all[@]}" --test softdock operator_page -- --ignored
+
+step "the results page, in Chromium and Firefox"
+python3 tests/browser/inject.py campaigns "$scratch/injected"
+"$target/release/softdock" run "$scratch/injected/probe_drogue.toml" --runs 300 --backend cpu --out "$scratch/page" >"$scratch/page.log" ||
+    [ "$?" -eq 1 ] || { cat "$scratch/page.log" >&2; fail "the campaign of the results page"; }
+"$browsers/bin/python3" tests/browser/report.py "$scratch/page" --chromium chromium --firefox firefox-esr
 
 step "a campaign, from its file to its verdict"
 "$target/release/softdock" run campaigns/smoke.toml --out "$scratch/smoke"

@@ -79,7 +79,7 @@ enum Command {
     Effects(listing::ListArgs),
     /// List the signals of the time histories: column, unit, meaning.
     #[command(after_help = "Examples:\n  softdock signals\n  softdock signals latch")]
-    Signals(listing::ListArgs),
+    Signals(listing::SignalsArgs),
     Schema(machine::SchemaArgs),
     Kernel(machine::KernelArgs),
     Map(machine::MapArgs),

@@ -3,13 +3,15 @@
 use crate::terminal::{Exit, Failure, Format, Outcome};
 use clap::Args;
 use serde_json::{Value, json};
-use softdock_campaign::legal_range;
 use softdock_campaign::suggest::{did_you_mean, names_for};
+use softdock_campaign::{Campaign, legal_range};
 use softdock_farm::signal_rows;
 use softdock_kernels::effects::{EFFECTS, Effect, EffectParameter, Null};
 use softdock_kernels::fields::{Field, fields};
 use softdock_kernels::metrics::{Metrics, Presence};
 use softdock_kernels::params::{Params, row_of};
+use softdock_kernels::plant::Plant;
+use std::path::PathBuf;
 
 /// Arguments of a command that lists a table.
 #[derive(Args, Debug)]
@@ -167,11 +169,27 @@ fn parameter(parameter: &EffectParameter) -> String {
     format!("{} ({null}; {}{unit})", parameter.field, short(parameter.scale))
 }
 
-pub(crate) fn signals(args: &ListArgs, format: &Format) -> Outcome {
-    let table = signal_rows();
+/// Arguments of the list of signals.
+#[derive(Args, Debug)]
+pub(crate) struct SignalsArgs {
+    /// Word in name or meaning.
+    word: Option<String>,
+    /// List also the poses of this campaign: its base, arm, parts and robots.
+    #[arg(long, value_name = "FILE")]
+    campaign: Option<PathBuf>,
+}
+
+pub(crate) fn signals(args: &SignalsArgs, format: &Format) -> Outcome {
+    let campaign = args.campaign.as_deref().map(Campaign::load).transpose()?;
+    let plant = campaign.map(|campaign| Plant::new(campaign.scenario.model));
+    let table = signal_rows(plant.as_ref());
     let rows = table.iter().collect();
     let found = search(rows, args.word.as_deref(), "signal", |row| [row.0.as_str()], |row| row.2.as_str())?;
     let rows = found.iter().map(|(name, unit, meaning)| vec![json!(name), json!(unit), json!(meaning)]).collect();
-    Listing { head: &["column", "unit", "meaning"], rows }.print(format, "");
+    let last = match plant {
+        Some(_) => "",
+        None => "\nwith --campaign FILE also the poses of base, arm, parts and robots",
+    };
+    Listing { head: &["column", "unit", "meaning"], rows }.print(format, last);
     Ok(Exit::Done)
 }

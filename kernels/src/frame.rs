@@ -428,6 +428,10 @@ impl<L: Lane, const N: usize> Tile<L, N> {
                 true => side.motion.phase.lane(lane) + 1.0,
                 false => 0.0,
             }),
+            joints: [&self.space, &self.hil].map(|side| {
+                let angle = |joint: usize| side.bodies.arm.angle[joint].lane(lane) + m.start_angles[joint];
+                std::array::from_fn(|joint| if joint < N { angle(joint) } else { 0.0 })
+            }),
         }
     }
 }

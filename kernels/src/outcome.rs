@@ -2,6 +2,7 @@
 
 use crate::bundle;
 use crate::metrics::{Metrics, flags};
+use crate::model::MAX_JOINTS;
 use crate::params::Params;
 use crate::plant::{Plant, PointSource};
 use crate::session::Rule;
@@ -141,6 +142,8 @@ pub struct Signals {
     pub closed: [f64; 2],
     /// Phase of the arm's plan, from 1, space and facility; 0 without a plan.
     pub phase: [f64; 2],
+    /// Angles of the arm's joints \[rad\], travels \[m\] of those that slide, space and facility; 0 beyond its joints.
+    pub joints: [[f64; MAX_JOINTS]; 2],
 }
 
 /// Flag bits of a finished run.

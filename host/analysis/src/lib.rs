@@ -14,6 +14,7 @@ pub mod facts;
 pub mod judgement;
 mod moments;
 pub mod number;
+mod page_data;
 pub mod parity;
 pub mod plan;
 pub mod plots;
@@ -25,6 +26,7 @@ pub mod summary;
 mod tally;
 mod templates;
 mod terminal;
+mod tracking;
 
 pub use causes::{cause_sentence, cause_text};
 pub use compare::{Compared, VariantInput, compare, compare_text};

@@ -5,23 +5,19 @@ use std::path::{Path, PathBuf};
 use minijinja::value::Serde;
 use serde::Serialize;
 use softdock_campaign::outcome_map::OutcomeMap;
+use softdock_kernels::plant::Plant;
 use softdock_results::write_file;
 
 use crate::Result;
 use crate::content::Content;
 use crate::facts::CampaignFacts;
 use crate::number::{significant, with_unit};
-use crate::plots::Drawing;
-use crate::plots::energy::energy_figure;
-use crate::plots::force::force_figures;
-use crate::plots::margin::margin_figures;
-use crate::plots::outcomes::{OutcomeFigures, outcome_figures};
-use crate::plots::sample::{CONSERVED, Sample};
-use crate::plots::success::success_figure;
-use crate::plots::tracking::{TrackingRow, tracking_figures, tracking_rows};
+use crate::page_data::pass::{CONSERVED, PageRuns};
+use crate::page_data::{PageInput, page_data};
 use crate::reading::agreement_reading;
 use crate::summary::Summary;
-use crate::templates::{STYLE, environment};
+use crate::templates::{APP, APP_HASH, STYLE, environment};
+use crate::tracking::{TrackingRow, tracking_rows};
 
 /// Dispersed parameter, as in the campaign file.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -54,6 +50,8 @@ pub struct ReportInput<'a> {
     pub campaign: CampaignFacts<'a>,
     /// The content of the results folder.
     pub content: &'a Content,
+    /// The scenario's constants, for the replay in three dimensions; without them the page has none.
+    pub plant: Option<Plant>,
     /// Maps of outcomes.
     pub outcome_maps: &'a [OutcomeMap],
     /// One row per dispersed parameter.
@@ -85,32 +83,30 @@ struct DispersionRow {
 #[derive(Serialize)]
 struct Page<'a> {
     style: &'static str,
+    app: &'static str,
+    app_hash: &'static str,
     summary: &'a Summary,
     campaign_text: &'a str,
     reading: Vec<String>,
-    requirement_figures: Vec<RequirementFigures>,
-    success: Vec<Drawing>,
-    outcome_maps: Vec<OutcomeFigures>,
-    energy: Option<Drawing>,
-    forces: Vec<Drawing>,
     tracking: Vec<TrackingRow>,
-    tracking_figures: Vec<Drawing>,
     dispersions: Vec<DispersionRow>,
     conserved: Vec<Fact>,
-    stride: u64,
-    kept: u64,
+    /// Data of the interactive part; none without runs.
+    data: Option<Data>,
+    maps: usize,
+    traces: usize,
     configuration: &'a [Fact],
     commands: &'a [String],
     criteria: &'a [String],
     rules: &'a [String],
 }
 
-/// Figures of one requirement.
+/// Data of the interactive part.
 #[derive(Serialize)]
-struct RequirementFigures {
-    id: String,
-    text: String,
-    figures: Vec<Drawing>,
+struct Data {
+    head: String,
+    block: String,
+    shown: u64,
 }
 
 /// The text of `summary.json`.
@@ -138,30 +134,34 @@ pub fn write_report(input: &ReportInput, summary: &Summary) -> Result<PathBuf> {
 /// The page as text.
 pub fn report_page(input: &ReportInput, summary: &Summary) -> Result<String> {
     let columns: Vec<String> = input.dispersions.iter().map(|dispersion| dispersion.column.clone()).collect();
-    let sample = match summary.completeness.runs_done {
-        0 => Sample::default(),
-        _ => Sample::read(input.content, &input.campaign, &columns, !input.outcome_maps.is_empty())?,
+    let runs = match summary.completeness.runs_done {
+        0 => None,
+        _ => Some(PageRuns::read(input.content, &input.campaign, &columns)?),
     };
-    let mut success = Vec::new();
-    for column in &sample.inputs {
-        success.extend(success_figure(&sample, column)?);
-    }
+    let data_input = PageInput {
+        facts: &input.campaign,
+        summary,
+        traces: &input.content.traces.kept,
+        outcome_maps: input.outcome_maps,
+        plant: input.plant.as_ref(),
+    };
+    let data = runs.as_ref().map(|runs| {
+        let data = page_data(&data_input, runs);
+        Data { head: data.head, block: data.block, shown: runs.sample.len() as u64 }
+    });
     let page = Page {
         style: STYLE,
+        app: APP,
+        app_hash: APP_HASH.trim_ascii_end(),
         summary,
         campaign_text: input.campaign.text,
         reading: agreement_reading(summary),
-        requirement_figures: requirement_figures(input, summary, &sample)?,
-        success,
-        outcome_maps: input.outcome_maps.iter().map(|map| outcome_figures(&sample, map)).collect::<Result<_>>()?,
-        energy: energy_figure(&sample)?,
-        forces: force_figures(&input.content.traces.kept, input.campaign.requirements)?,
-        tracking: tracking_rows(&sample),
-        tracking_figures: tracking_figures(&sample)?,
-        dispersions: dispersion_rows(input, &sample),
-        conserved: conserved(&sample),
-        stride: sample.stride,
-        kept: sample.runs() as u64,
+        tracking: runs.as_ref().map(tracking_rows).unwrap_or_default(),
+        dispersions: dispersion_rows(input, runs.as_ref()),
+        conserved: conserved(runs.as_ref()),
+        data,
+        maps: input.outcome_maps.len(),
+        traces: input.content.traces.kept.len(),
         configuration: &input.configuration,
         commands: &input.commands,
         criteria: &input.criteria,
@@ -170,24 +170,9 @@ pub fn report_page(input: &ReportInput, summary: &Summary) -> Result<String> {
     Ok(environment()?.get_template("report.html")?.render(Serde(&page))?)
 }
 
-fn requirement_figures(input: &ReportInput, summary: &Summary, sample: &Sample) -> Result<Vec<RequirementFigures>> {
-    let mut all = Vec::new();
-    let judged = input.campaign.requirements.iter().zip(&summary.requirements);
-    for ((requirement, judged), margins) in judged.zip(&sample.margins) {
-        let tolerance = judged.loops.space.tolerance_limit.map(|limit| limit.margin);
-        let figures = margin_figures(&requirement.id, requirement.unit(), margins, tolerance)?;
-        all.push(RequirementFigures {
-            id: requirement.id.clone(),
-            text: requirement.text.clone(),
-            figures: figures.into_iter().flatten().collect(),
-        });
-    }
-    Ok(all)
-}
-
-fn dispersion_rows(input: &ReportInput, sample: &Sample) -> Vec<DispersionRow> {
+fn dispersion_rows(input: &ReportInput, runs: Option<&PageRuns>) -> Vec<DispersionRow> {
     let row = |(at, dispersion): (usize, &ReportedDispersion)| {
-        let drawn = sample.inputs.get(at);
+        let drawn = runs.and_then(|runs| runs.dispersed().get(at));
         let number = |value: Option<f64>| value.map_or("-".to_owned(), |value| significant(value, 4));
         let moments = drawn.map(|input| input.moments);
         DispersionRow {
@@ -209,7 +194,7 @@ fn dispersion_rows(input: &ReportInput, sample: &Sample) -> Vec<DispersionRow> {
 }
 
 /// Largest momentum error of each loop over all runs.
-fn conserved(sample: &Sample) -> Vec<Fact> {
+fn conserved(runs: Option<&PageRuns>) -> Vec<Fact> {
     const NAMES: [(&str, &str); CONSERVED.len()] = [
         ("largest change of linear momentum beyond the impulses, in space", "kg m/s"),
         ("largest change of angular momentum beyond the moments, in space", "kg m^2/s"),
@@ -218,5 +203,6 @@ fn conserved(sample: &Sample) -> Vec<Fact> {
     ];
     let fact =
         |((name, unit), value): ((&str, &str), f64)| Fact { name: name.to_owned(), value: with_unit(value, unit) };
-    NAMES.into_iter().zip(sample.conserved).map(fact).collect()
+    let values = runs.map_or([0.0; CONSERVED.len()], |runs| runs.conserved);
+    NAMES.into_iter().zip(values).map(fact).collect()
 }

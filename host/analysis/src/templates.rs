@@ -1,7 +1,7 @@
 //! Style sheet and templates of the pages.
 
-use minijinja::Environment;
 use minijinja::syntax::SyntaxConfig;
+use minijinja::{AutoEscape, Environment};
 
 use crate::Result;
 use crate::causes::{cause_text, cause_unit};
@@ -11,9 +11,16 @@ use crate::number::{digits_of, grouped, interval, percent, unit_text, with_unit}
 /// The style sheet of every page, to stand inside it.
 pub const STYLE: &str = include_str!("page/style.css");
 
+/// The script of the results page, to stand inside it: `host/analysis/page` has its sources.
+pub(crate) const APP: &str = include_str!("page/app.js");
+
+/// SHA-256 of [`APP`] in base64, by which the page's content security policy admits the script and no other.
+pub(crate) const APP_HASH: &str = include_str!("page/app.sha256");
+
 /// The pages' templates with what they may call.
 pub(crate) fn environment() -> Result<Environment<'static>> {
     let mut page = Environment::new();
+    page.set_auto_escape_callback(|_| AutoEscape::Html);
     page.set_syntax(SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build()?);
     page.add_filter("grouped", grouped);
     page.add_filter("percent", percent);

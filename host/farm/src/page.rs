@@ -9,6 +9,7 @@ use softdock_campaign::criteria::sentences;
 use softdock_campaign::dispersion::Class;
 use softdock_campaign::distribution::Distribution;
 use softdock_campaign::rules;
+use softdock_kernels::plant::Plant;
 use softdock_results::columns;
 use softdock_results::runs::input_fields;
 
@@ -27,6 +28,7 @@ fn input<'a>(folder: &'a ResultsFolder, content: &'a Content, summary: &Summary)
     ReportInput {
         campaign: folder.facts(),
         content,
+        plant: Some(Plant::new(folder.campaign.scenario.model.clone())),
         outcome_maps: &folder.campaign.outcome_maps,
         dispersions: dispersions(&folder.campaign),
         configuration: configuration(&folder.campaign, summary),

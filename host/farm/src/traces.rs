@@ -28,7 +28,7 @@ pub(crate) fn write_traces(
 
 /// Steps one run in f64 and writes down its signals every so many ticks.
 pub(crate) fn record(builder: &RowBuilder, every_ticks: u32, input: RunInput, kept_as: String) -> (Finished, Trace) {
-    let channels = signals();
+    let channels = signals(input.plant.as_deref().unwrap_or(&builder.job.plant));
     let every = u64::from(every_ticks.max(1));
     let run = input.run;
     let (mut time, mut values, mut tick) = (Vec::new(), vec![Vec::new(); channels.len()], 0);

@@ -2,9 +2,6 @@
 
 use crate::Result;
 use crate::excitation::{Excitation, Uses};
-use minijinja::Environment;
-use minijinja::syntax::SyntaxConfig;
-use minijinja::value::Serde;
 use serde::Serialize;
 use serde_json::{Value, json};
 use softdock_analysis::STYLE;
@@ -13,6 +10,7 @@ use softdock_analysis::plots::axis::Axis;
 use softdock_analysis::plots::figure::{Figure, Size, colour};
 use softdock_campaign::Robot;
 use softdock_campaign::robot::Quantity;
+use softdock_diagnosis::report::template::render;
 use softdock_input::csv_cell;
 use std::fmt::Write;
 
@@ -107,12 +105,7 @@ pub fn page(robot: &Robot, motion: &Excitation, command: &str) -> Result<String>
         drawings,
         command: command.to_owned(),
     };
-    let mut environment = Environment::new();
-    let syntax = SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build();
-    environment.set_syntax(syntax.map_err(softdock_analysis::AnalysisError::from)?);
-    let template = environment.template_from_str(include_str!("page/motion.html"));
-    let template = template.map_err(softdock_analysis::AnalysisError::from)?;
-    Ok(template.render(Serde(&page)).map_err(softdock_analysis::AnalysisError::from)?)
+    render("motion.html", include_str!("page/motion.html"), &page)
 }
 
 /// Angle (order 0) or speed (order 1) of a joint between its limits, in degrees.

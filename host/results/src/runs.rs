@@ -5,7 +5,9 @@ use softdock_kernels::metrics::Metrics;
 pub mod columns;
 mod schema;
 
-pub use schema::{CustomMetricColumn, KeyColumn, RequirementColumn, RunsSchema, input_fields, metric_fields};
+pub use schema::{
+    CUSTOM_SOURCE, CustomMetricColumn, KeyColumn, RequirementColumn, RunsSchema, input_fields, metric_fields,
+};
 
 /// What became of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

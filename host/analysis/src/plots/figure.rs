@@ -22,16 +22,10 @@ pub mod colour {
     pub const SPACE: RGBColor = RGBColor(0x00, 0x72, 0xB2);
     /// The loop on the facility; what a model predicts.
     pub const FACILITY: RGBColor = RGBColor(0xD5, 0x5E, 0x00);
-    /// Both pass.
-    pub const TRUE_PASS: RGBColor = RGBColor(0x6B, 0xB3, 0xA3);
     /// Only the facility passes.
     pub const FALSE_PASS: RGBColor = RGBColor(0xAA, 0x33, 0x77);
     /// Both fail.
     pub const TRUE_FAIL: RGBColor = RGBColor(0xA0, 0xA0, 0xA0);
-    /// Only the facility fails.
-    pub const FALSE_FAIL: RGBColor = RGBColor(0xD9, 0x9A, 0x1C);
-    /// The facility gives no answer.
-    pub const ABORTED: RGBColor = RGBColor(0x4A, 0x6F, 0xA5);
     /// Frame of what is to be trusted.
     pub const TRUSTED: RGBColor = RGBColor(0x00, 0x7A, 0x5A);
     /// Facilities side by side.
@@ -85,7 +79,6 @@ enum Layer {
     Area { outline: Vec<(f64, f64)>, colour: RGBColor, opacity: f64 },
     Bars { bars: Vec<(f64, f64, f64)>, colour: RGBColor, opacity: f64 },
     Points { points: Vec<(f64, f64)>, colour: RGBColor, radius: f64, opacity: f64 },
-    Limit { x: f64, label: String, colour: RGBColor, height: f64 },
     Tiles { tiles: Vec<FigureTile> },
 }
 
@@ -154,12 +147,6 @@ impl Figure {
     /// Dots.
     pub fn points(mut self, points: Vec<(f64, f64)>, colour: RGBColor, radius: f64, opacity: f64) -> Self {
         self.layers.push(Layer::Points { points, colour, radius, opacity });
-        self
-    }
-
-    /// A vertical line with its name, as high as this share of the y axis.
-    pub fn limit(mut self, x: f64, label: impl Into<String>, colour: RGBColor, height: f64) -> Self {
-        self.layers.push(Layer::Limit { x, label: label.into(), colour, height });
         self
     }
 
@@ -234,11 +221,6 @@ impl Figure {
                 let dots = points.iter().filter(|point| inside(point));
                 chart.draw_series(dots.map(|point| Circle::new(*point, radius, style)))?;
             }
-            Layer::Limit { x, label, colour, height } => {
-                let top = self.y.lo + height * (self.y.hi - self.y.lo);
-                chart.draw_series([PathElement::new(vec![(*x, self.y.lo), (*x, top)], stroke(*colour, 1.2))])?;
-                chart.draw_series([self.limit_name(*x, top, label, colour)])?;
-            }
             Layer::Tiles { tiles } => {
                 let corners = |tile: &FigureTile| [(tile.x.0, tile.y.0), (tile.x.1, tile.y.1)];
                 chart.draw_series(tiles.iter().map(|tile| Rectangle::new(corners(tile), tile.colour.filled())))?;
@@ -257,17 +239,6 @@ impl Figure {
         let font = ("sans-serif", 9.5 * f64::from(SCALE) * FONT_FACTOR).into_font();
         let style = TextStyle::from(font).color(tile.ink()).pos(Pos::new(HPos::Center, VPos::Center));
         Text::new(tile.label.clone(), middle, style)
-    }
-
-    /// Returns the name of a limit, on the side away from zero if it fits.
-    fn limit_name<'a>(&self, x: f64, y: f64, label: &str, colour: &'a RGBColor) -> Text<'a, (f64, f64), String> {
-        const PADDING: f64 = 0.3;
-        let left_of = (x - self.x.lo) / (self.x.hi - self.x.lo);
-        let right = if x < 0.0 { left_of > PADDING } else { left_of > 1.0 - PADDING };
-        let (side, label) =
-            if right { (HPos::Right, format!("{label}\u{2002}")) } else { (HPos::Left, format!("\u{2002}{label}")) };
-        let font = ("sans-serif", 10.5 * f64::from(SCALE) * FONT_FACTOR).into_font();
-        Text::new(label, (x, y), TextStyle::from(font).color(colour).pos(Pos::new(side, VPos::Top)))
     }
 }
 

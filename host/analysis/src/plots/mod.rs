@@ -4,16 +4,9 @@ pub mod axis;
 pub(crate) mod bands;
 pub(crate) mod canvas;
 pub(crate) mod cells;
-pub(crate) mod energy;
 pub mod figure;
-pub(crate) mod force;
 pub(crate) mod map;
-pub(crate) mod margin;
-pub(crate) mod outcomes;
-pub(crate) mod sample;
 pub(crate) mod scene;
-pub(crate) mod success;
-pub(crate) mod tracking;
 
 use serde::Serialize;
 

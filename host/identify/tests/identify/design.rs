@@ -2,6 +2,7 @@
 
 use crate::kr300;
 use softdock_identify::excitation::{DesignOptions, design};
+use softdock_identify::motion_page::page;
 
 #[test]
 fn designed_motion_is_within_limits_and_better_than_random() {
@@ -22,4 +23,20 @@ fn designed_motion_is_within_limits_and_better_than_random() {
     }
     let again = design(&robot, &options).expect("a motion");
     assert_eq!(again.condition, found.condition, "the same seed gives the same motion");
+}
+
+#[test]
+fn page_shows_names_as_text_alone() {
+    let mut robot = kr300();
+    robot.title = "<script>title</script>".to_owned();
+    for joint in &mut robot.joints {
+        joint.name = "<img src=x onerror=\"run()\">".to_owned();
+    }
+    let options = DesignOptions { starts: 1, steps: 1, ..DesignOptions::default() };
+    let found = design(&robot, &options).expect("a motion");
+    let page = page(&robot, &found, "softdock identify robot <b>").expect("a page");
+    for markup in ["<script", "<img", "<b>"] {
+        assert!(!page.contains(markup), "{markup}");
+    }
+    assert!(page.contains("&lt;script&gt;title") && page.contains("&lt;img src=x onerror="));
 }

@@ -55,7 +55,7 @@ pub struct RunsSchema {
 const KEY_SOURCE: &str = "campaign, key of the scenario";
 
 /// Source of the columns of a campaign's custom metrics.
-const CUSTOM_SOURCE: &str = "campaign, custom metric";
+pub const CUSTOM_SOURCE: &str = "campaign, custom metric";
 
 /// The row of a loop.
 fn of(side: Loop, row: &RunRow) -> &LoopRow {

@@ -30,7 +30,7 @@ const JOINTS: usize = 6;
 /// Axes that a controller drives: the joints and, last, the rail; a robot without a rail leaves that one at rest.
 pub const AXES: usize = JOINTS + 1;
 /// The rail among the axes; metres and newtons there.
-pub(crate) const RAIL: usize = JOINTS;
+pub const RAIL: usize = JOINTS;
 
 bundle! {
     /// One robot's joints and its rail; written by the drive stage.
