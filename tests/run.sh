@@ -61,14 +61,16 @@ if [ "${#missing[@]}" -gt 0 ]; then
 fi
 has_vulkan_loader && has_lavapipe || fail "no Vulkan loader or no lavapipe after installing them"
 
-# Three Python environments, made while the lints are compiled: readers of results, peers of the protocols, and the driver of browsers.
-python="$target/venv/bin/python3"
+# Three Python environments, made while the lints are compiled: the package and readers of results, peers of the protocols, and the
+# driver of browsers.
+python="$(realpath -m "$target")/venv/bin/python3"
 peers="$(realpath -m "$target")/peers"
 browsers="$(realpath -m "$target")/browsers"
 make_environments() {
-    if ! "$python" -c 'import duckdb, pyarrow' 2>/dev/null || [ ! -x "$target/venv/bin/taplo" ]; then
-        python3 -m venv "$target/venv"
-        "$python" -m pip install --quiet --disable-pip-version-check pyarrow duckdb taplo==0.9.3
+    if ! cmp -s tests/requirements.txt "$target/venv/made.txt"; then
+        python3 -m venv --clear "$target/venv"
+        "$python" -m pip install --quiet --disable-pip-version-check -r tests/requirements.txt
+        cp tests/requirements.txt "$target/venv/made.txt"
     fi
     [ -f "$peers/ready" ] || host/realtime/tests/peers/install.sh "$peers"
     touch "$peers/ready"
@@ -230,6 +232,11 @@ step "the same results, read by other programs"
 
 step "shipped files and wrong values, as an editor checks them"
 "$python" tests/schemas.py "$target/venv/bin/taplo"
+
+step "the Python package: its wheel, its tests, its notebooks"
+(cd python && "$python" -m maturin build --quiet --profile release --strip --out "$scratch/wheels")
+"$python" -m pip install --quiet --disable-pip-version-check --force-reinstall --no-deps "$scratch"/wheels/softdock-*.whl
+(cd python && "$python" -m pytest -q -p no:cacheprovider)
 
 if [ "$full" = no ]; then
     printf '\n!! NOT RUN: full sizes of slow tests, an object store, parity on SwiftShader: bash tests/run.sh --full\n' >&2

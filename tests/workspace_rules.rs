@@ -37,7 +37,7 @@ fn crate_dependencies_are_allowed() {
     let own = |name: &str| {
         dependencies[name].iter().filter(|used| used.starts_with("softdock")).map(String::as_str).collect()
     };
-    let allowed: [(&str, &[&str]); 20] = [
+    let allowed: [(&str, &[&str]); 21] = [
         ("softdock-input", &[]),
         ("softdock-tracer", &["softdock-kernels"]),
         ("softdock-engine", &["softdock-kernels", "softdock-tracer"]),
@@ -56,6 +56,7 @@ fn crate_dependencies_are_allowed() {
         ),
         ("softdock-web", &[]),
         ("softdock-serve", &["softdock-input", "softdock-analysis", "softdock-farm", "softdock-web"]),
+        ("softdock-export", &["softdock-kernels", "softdock-results", "softdock-realtime"]),
         ("softdock-mesh", &["softdock-kernels"]),
         ("softdock-campaign", &["softdock-kernels", "softdock-input", "softdock-mesh"]),
         ("softdock-results", &["softdock-kernels", "softdock-input"]),

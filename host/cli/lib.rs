@@ -4,6 +4,7 @@ mod campaign;
 mod cluster;
 mod diagnosis;
 mod examples;
+mod export;
 mod gauntlet;
 mod listing;
 mod machine;
@@ -67,6 +68,7 @@ enum Command {
     Report(results::ReportArgs),
     Replay(results::ReplayArgs),
     Serve(serve::ServeArgs),
+    Export(export::ExportArgs),
     Examples(examples::ExamplesArgs),
     /// List the parameters of a run: name, unit, legal range, null value, meaning.
     #[command(after_help = "Examples:\n  softdock params\n  softdock params friction")]
@@ -115,6 +117,7 @@ impl Command {
             Self::Report(args) => results::report(args, format),
             Self::Replay(args) => results::replay(args, format),
             Self::Serve(args) => serve::serve(args, format),
+            Self::Export(args) => export::export(args, format),
             Self::Examples(args) => examples::examples(args, format),
             Self::Params(args) => listing::params(args, format),
             Self::Metrics(args) => listing::metrics(args, format),

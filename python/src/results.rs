@@ -4,8 +4,8 @@ use crate::error::of_farm;
 use crate::table::Table;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use softdock_farm::query::{Runs, Units};
-use softdock_farm::{FarmError, ResultsFolder, Shown, replay_run};
+use softdock_farm::query::{Runs, Units, run_trace};
+use softdock_farm::{FarmError, ResultsFolder, Shown};
 use softdock_results::arrow_table::ArrowTable;
 use softdock_results::columns::Loop;
 use std::path::PathBuf;
@@ -91,11 +91,7 @@ impl NativeResults {
     /// Time history of a run, and its file: the kept one, or one that is made again in f64 below `replays/`.
     fn trace(&self, py: Python<'_>, run: u64) -> PyResult<(Table, PathBuf)> {
         py.detach(|| {
-            let name = format!("run={run:09}.parquet");
-            let kept = ["traces", "replays"].map(|place| self.0.path.join(place).join(&name));
-            let found = kept.into_iter().find(|path| path.is_file());
-            let made = || replay_run(&self.0.path, run, None).map(|replayed| replayed.history);
-            let file = found.map_or_else(made, Ok).map_err(of_farm)?;
+            let file = run_trace(&self.0, run).map_err(of_farm)?;
             let table = ArrowTable::of_file(&file).map_err(|error| of_farm(error.into()))?;
             Ok((Table(table), file))
         })

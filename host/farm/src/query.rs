@@ -2,6 +2,7 @@
 
 use crate::error::{FarmError, Result};
 use crate::folder::ResultsFolder;
+use crate::replay::replay_run;
 use softdock_analysis::{AnalysisError, Judge, Share, cause_text};
 use softdock_campaign::requirement::{Requirement, Subject};
 use softdock_campaign::suggest::likely;
@@ -12,9 +13,21 @@ use softdock_results::runs::{AGREEMENT_WORDS, Agreement, input_fields};
 use softdock_results::shards::ShardIndex;
 use softdock_results::{Column, ColumnKind, Table, Values};
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 
 /// Groups of runs of [`Runs::agreement_by`], at most.
 pub const MOST_BINS: usize = 1000;
+
+/// File of the time history of a run: the kept one, or one that is made again in f64 below `replays/`.
+///
+/// # Errors
+/// If the folder does not contain the run.
+pub fn run_trace(folder: &ResultsFolder, run: u64) -> Result<PathBuf> {
+    let name = format!("run={run:09}.parquet");
+    let kept = ["traces", "replays"].map(|place| folder.path.join(place).join(&name));
+    let found = kept.into_iter().find(|path| path.is_file());
+    found.map_or_else(|| replay_run(&folder.path, run, None).map(|replayed| replayed.history), Ok)
+}
 
 /// The runs of a results folder.
 pub struct Runs<'a> {

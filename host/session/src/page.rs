@@ -12,6 +12,7 @@ use axum::middleware::{Next, from_fn_with_state};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
 use serde_json::{Value, json};
+use softdock_analysis::STYLE;
 use softdock_campaign::rules;
 use softdock_realtime::drive::checklist::{Check, CheckOutcome};
 use softdock_realtime::drive::controls::Controls;
@@ -166,7 +167,8 @@ async fn only_with_token(State(board): State<Arc<PageBoard>>, request: Request, 
 }
 
 async fn page(State(board): State<Arc<PageBoard>>) -> Response {
-    let text = include_str!("operator_page.html").replace("TOKEN_OF_THIS_SESSION", &board.token);
+    let text =
+        include_str!("operator_page.html").replace("/* STYLE */", STYLE).replace("TOKEN_OF_THIS_SESSION", &board.token);
     softdock_web::page(text)
 }
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from html import escape
 from typing import Any
 
@@ -55,9 +56,18 @@ def effects(word: str | None = None) -> Listing:
     return _listed("effects", word)
 
 
-def signals(word: str | None = None) -> Listing:
-    """Columns of time histories."""
-    return _listed("signals", word)
+def signals(word: str | None = None, *, campaign: str | os.PathLike[str] | None = None) -> Listing:
+    """Columns of time histories.
+
+    Parameters
+    ----------
+    word : str, optional
+        Part of a name or a meaning.
+    campaign : path, optional
+        Campaign file whose poses of base, arm, parts and robots are listed too.
+    """
+    words: list[str | os.PathLike[str]] = ["signals"] if word is None else ["signals", word]
+    return Listing(answer(words if campaign is None else [*words, "--campaign", campaign]))
 
 
 def examples(word: str | None = None) -> Listing:

@@ -222,7 +222,10 @@ impl<W: Write + Seek> LogFile<W> {
 }
 
 /// Registers a topic; a latched one is delivered to late subscribers.
-fn channel<W: Write + Seek>(
+///
+/// # Errors
+/// If the medium cannot be written.
+pub fn channel<W: Write + Seek>(
     writer: &mut Writer<W>,
     topic: &str,
     schema: &schemas::Schema,

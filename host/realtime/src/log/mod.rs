@@ -17,6 +17,6 @@ pub mod record;
 #[cfg(test)]
 pub(crate) mod sample;
 pub mod scene;
-mod schemas;
+pub mod schemas;
 pub mod topics;
 pub mod writer;

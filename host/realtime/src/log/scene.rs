@@ -225,7 +225,7 @@ fn capsule_visual(axis: &Segment<f64>, radius: f64) -> String {
 }
 
 /// Returns a rotation of the z axis to a direction.
-fn z_towards(direction: Vec3<f64>) -> Quat<f64> {
+pub fn z_towards(direction: Vec3<f64>) -> Quat<f64> {
     let to = direction * (1.0 / direction.norm());
     // The half-way rotation; straight down is half a turn about x.
     let (w, v) = (1.0 + to.z, vec3(-to.y, to.x, 0.0));
@@ -242,7 +242,7 @@ fn origin_element(pose: &Pose<f64>) -> String {
 }
 
 /// Returns roll, pitch and yaw about fixed axes, as in URDF \[rad\].
-fn roll_pitch_yaw(attitude: Quat<f64>) -> Vec3<f64> {
+pub fn roll_pitch_yaw(attitude: Quat<f64>) -> Vec3<f64> {
     let m = attitude.normalized().matrix();
     let level = m.x.x.hypot(m.x.y);
     let pitch = (-m.x.z).atan2(level);

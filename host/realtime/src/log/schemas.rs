@@ -55,9 +55,11 @@ Transform transform
 
 /// A message type: its name and the text of its definition.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Schema {
-    pub(crate) name: &'static str,
-    pub(crate) text: String,
+pub struct Schema {
+    /// Name of the type (`tf2_msgs/msg/TFMessage`).
+    pub name: &'static str,
+    /// Definition, with those of the types that it needs.
+    pub text: String,
 }
 
 fn schema(name: &'static str, definition: &str, needs: &[(&str, &str)]) -> Schema {
@@ -68,7 +70,8 @@ fn schema(name: &'static str, definition: &str, needs: &[(&str, &str)]) -> Schem
     Schema { name, text }
 }
 
-pub(crate) fn joint_state() -> Schema {
+/// Names, positions, velocities and efforts of joints.
+pub fn joint_state() -> Schema {
     let definition = "std_msgs/Header header
 string[] name
 float64[] position
@@ -78,21 +81,24 @@ float64[] effort
     schema("sensor_msgs/msg/JointState", definition, &[HEADER, TIME])
 }
 
-pub(crate) fn wrench_stamped() -> Schema {
+/// A wrench with its time and frame.
+pub fn wrench_stamped() -> Schema {
     let definition = "std_msgs/Header header
 geometry_msgs/Wrench wrench
 ";
     schema("geometry_msgs/msg/WrenchStamped", definition, &[HEADER, TIME, WRENCH, VECTOR3])
 }
 
-pub(crate) fn tf_message() -> Schema {
+/// Transforms from parents to children.
+pub fn tf_message() -> Schema {
     let definition = "geometry_msgs/TransformStamped[] transforms
 ";
     let needs = [TRANSFORM_STAMPED, HEADER, TIME, TRANSFORM, VECTOR3, QUATERNION];
     schema("tf2_msgs/msg/TFMessage", definition, &needs)
 }
 
-pub(crate) fn string() -> Schema {
+/// A text.
+pub fn string() -> Schema {
     schema("std_msgs/msg/String", "string data\n", &[])
 }
 
