@@ -122,7 +122,7 @@ fn bad_file_is_located_and_no_output_is_written() {
     let output = bench.softdock("run c/smoke.toml --backend cpu");
     assert_eq!(output.status.code(), Some(2));
     let printed = text(&output.stderr);
-    for part in ["smoke.toml:7", "runs", "out of range", "help"] {
+    for part in ["smoke.toml:8", "runs", "out of range", "help"] {
         assert!(printed.contains(part), "`{part}` in\n{printed}");
     }
     assert_eq!(files(bench.folder.path()), before);

@@ -107,7 +107,8 @@ pub(crate) fn init(args: &InitArgs, format: &Format) -> Outcome {
     let files = files_of(&campaign_file(example));
     let differs = |(name, bytes): &(&String, &&[u8])| {
         let path = args.folder.join(name);
-        path.exists() && !std::fs::read(&path).is_ok_and(|own| own == **bytes)
+        path.symlink_metadata().is_ok()
+            && !softdock_input::read(&path, softdock_input::MAX_BINARY).is_ok_and(|own| own == **bytes)
     };
     let existing: Vec<String> =
         files.iter().filter(differs).map(|(name, _)| args.folder.join(name).display().to_string()).collect();
@@ -119,7 +120,7 @@ pub(crate) fn init(args: &InitArgs, format: &Format) -> Outcome {
         write_file(&args.folder.join(name), bytes)?;
     }
     let paths: Vec<String> = files.keys().map(|name| shown(&args.folder, name)).collect();
-    let next = format!("softdock run {}", shown(&args.folder, &campaign_file(example)));
+    let next = format!("softdock run {}", quoted(&shown(&args.folder, &campaign_file(example))));
     format.print(
         || json!({ "task": example.task, "id": example.id, "files": paths, "next": next }),
         || format!("{}\n{}\n\nnext  {next}", example.meaning, paths.join("\n")),
@@ -131,6 +132,12 @@ pub(crate) fn init(args: &InitArgs, format: &Format) -> Outcome {
 fn shown(folder: &Path, name: &str) -> String {
     let path = if folder == Path::new(".") { PathBuf::from(name) } else { folder.join(name) };
     path.display().to_string()
+}
+
+/// A word of a shell's command.
+fn quoted(word: &str) -> String {
+    let is_plain = |c: char| c.is_alphanumeric() || "/\\._-:".contains(c);
+    if word.chars().all(is_plain) { word.to_owned() } else { format!("'{}'", word.replace('\'', "'\\''")) }
 }
 
 fn campaign_file(example: &Example) -> String {

@@ -1,6 +1,6 @@
 //! `softdock bench diagnosis`: runs the missing cases of the gauntlet, then scores all finished ones.
 
-use crate::progress::{listen, stopped};
+use crate::progress::{Terminal, stopped};
 use crate::terminal::{Exit, Format, Outcome, warn, write};
 use crate::values::named;
 use clap::Args;
@@ -128,7 +128,7 @@ fn run(all: &[Case], args: &BenchDiagnosisArgs, folder: &Path) -> Result<(), Gau
     let (number, of) = (args.shard.index as usize + 1, args.shard.count as usize);
     let own = shard(selected(all, args.only.as_deref().unwrap_or(""), &args.multiples)?, number, of);
     let ledger = Ledger::open(folder, number, of)?;
-    listen();
+    let _clock = Terminal::new("bench diagnosis");
     run_missing(own, &ledger, &stopped, &mut |case| warn(case.text()))
 }
 
@@ -154,7 +154,7 @@ fn bench_real(args: &BenchDiagnosisArgs, format: &Format) -> Outcome {
     if !args.score {
         let (number, of) = (args.shard.index as usize, args.shard.count as usize);
         let ledger = Ledger::open(&folder, number + 1, of)?;
-        listen();
+        let _clock = Terminal::new("bench diagnosis");
         let own: Vec<RealCase> = all.iter().copied().skip(number).step_by(of).collect();
         let mut report = |done: usize, all: usize, record: &RealRecord| {
             warn(format!("{done} of {all}  {}: {:.1} s", record.case, record.seconds));

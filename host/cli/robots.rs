@@ -169,20 +169,21 @@ pub(crate) fn drive(args: &DriveArgs, format: &Format) -> Outcome {
     } else {
         print(plan.text())
     }
-    let ended = run(&plan, args.serve.as_deref())?;
+    let ended = run(&plan, args.serve.as_deref(), format.json)?;
     report(&plan, &ended, args, format)
 }
 
 /// Runs the session with the terminal as its operator, and a web page if requested.
-fn run(plan: &SessionPlan, page: Option<&str>) -> Result<EndedSession, Failure> {
+fn run(plan: &SessionPlan, page: Option<&str>, is_json: bool) -> Result<EndedSession, Failure> {
     let controls = Arc::new(Controls::default());
     let page = page.map(|address| OperatorPage::serve(address, &controls, plan)).transpose()?;
     if let Some(page) = &page {
-        print(format!("  page      http://{}/", page.address()));
+        let line = format!("  page      http://{}/", page.address());
+        if is_json { warn(line) } else { print(line) }
     }
     let alarms = Arc::new(Alarms::default());
     handle_alarms(&alarms, &controls);
-    Ok(plan.run(&SessionTerminal { page }, &controls, &alarms)?)
+    Ok(plan.run(&SessionTerminal { page, is_json }, &controls, &alarms)?)
 }
 
 /// Prints the end of the session, and compares it with the prediction; returns the exit code.
@@ -197,6 +198,7 @@ fn report(plan: &SessionPlan, ended: &EndedSession, args: &DriveArgs, format: &F
     }
     if let Some(refusal) = ended.refusal {
         warn(Failure::new("the session was refused", refusal).detail());
+        format.print(|| json!(ended.answer(plan)), String::new);
         return Ok(exit);
     }
     if args.no_band {

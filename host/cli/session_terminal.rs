@@ -30,11 +30,13 @@ pub(crate) fn handle_alarms(alarms: &Arc<Alarms>, controls: &Arc<Controls>) {
 /// The terminal, and the web page if one is served.
 pub(crate) struct SessionTerminal {
     pub(crate) page: Option<OperatorPage>,
+    /// Whether standard output is kept for the answer as JSON.
+    pub(crate) is_json: bool,
 }
 
 impl Operator for SessionTerminal {
     fn notice(&self, notice: &SessionNotice) {
-        if notice.is_warning() { warn(notice) } else { print(notice) }
+        if notice.is_warning() || self.is_json { warn(notice) } else { print(notice) }
     }
 
     fn watch(&self, samples: Samples, budgets: Budgets, controls: &Controls) {

@@ -133,7 +133,9 @@ impl SchemaKind {
         }
         if name.is_empty() {
             properties["schema"] = json!({ "description": "Format and version of this file.", "const": self.format });
-            properties.get_mut("id").map(|id| id["pattern"] = json!("^[A-Za-z0-9_][A-Za-z0-9_-]{0,63}$"));
+            if let Some(id) = properties.get_mut("id") {
+                id["pattern"] = json!("^[A-Za-z0-9_][A-Za-z0-9_-]{0,63}$");
+            }
         }
         if name == "EffectTable" {
             let ids = EFFECTS.iter().chain(BENCH_EFFECTS).map(|effect| effect.id).chain(["dictionary"]);

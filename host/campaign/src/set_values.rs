@@ -107,37 +107,23 @@ impl<'a> Spot<'a> {
             Self::Table(_) => false,
         }
     }
+}
 
-    fn replace(self, new: Value) {
-        match self {
-            Self::Item(item) => {
-                let decor = item.as_value().map(|value| value.decor().clone());
-                let mut new = new;
-                if let Some(decor) = decor {
-                    *new.decor_mut() = decor;
-                }
-                *item = Item::Value(new);
-            }
-            Self::Value(value) => {
-                let decor = value.decor().clone();
-                *value = new;
-                *value.decor_mut() = decor;
-            }
-            // Of a list of tables; its reader refuses the text that was meant for a key of it.
-            Self::Table(table) => {
-                table.clear();
-            }
-        }
-    }
+/// Puts a value in the place of another, with the comments and spaces around it.
+fn replace(old: &mut Value, mut new: Value) {
+    *new.decor_mut() = old.decor().clone();
+    *old = new;
 }
 
 impl Walk<'_> {
     fn put(&mut self, spot: Spot<'_>, steps: &[Step]) -> Result<(), Fault> {
         let Some((step, rest)) = steps.split_first() else {
-            if let Spot::Table(_) = spot {
-                return Err(self.fault("an item of a list has keys", "name a key of it"));
+            let new = self.setting.value.clone();
+            match spot {
+                Spot::Item(Item::Value(old)) | Spot::Value(old) => replace(old, new),
+                Spot::Item(item) => *item = Item::Value(new),
+                Spot::Table(_) => return Err(self.fault("an item of a list has keys", "name a key of it")),
             }
-            spot.replace(self.setting.value.clone());
             return Ok(());
         };
         match spot {

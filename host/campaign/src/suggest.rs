@@ -225,7 +225,7 @@ pub fn likely<'a>(word: &str, candidates: &[&'a str]) -> Vec<&'a str> {
         found.extend(candidates.iter().filter(|candidate| is_slip(word, candidate)));
     }
     if found.is_empty() {
-        found = by_parts(&parts, candidates, |name| parts_of(name));
+        found = by_parts(&parts, candidates, parts_of);
     }
     if found.is_empty() {
         found.extend(nearest(word, candidates.iter().copied()));
