@@ -220,6 +220,11 @@ class View {
         this.partA = part(scene, 0, now.space);
         this.partB = part(scene, 1, now.facility);
         this.arrow = new ArrowHelper(new Vector3(1, 0, 0), new Vector3(), 1, new Color(now.limit));
+        // The force is seen through the parts.
+        for (const own of [this.arrow.line, this.arrow.cone]) {
+            own.renderOrder = 9;
+            for (const material of [own.material].flat()) Object.assign(material, { depthTest: false, transparent: true });
+        }
         this.world.add(this.partA, this.partB, this.arrow);
         this.camera.up.set(0, 0, 1);
         this.controls = new OrbitControls(this.camera, canvas);
