@@ -1,8 +1,7 @@
 // A figure: drawn when it comes into view, in the colours of the theme, exported as PNG and SVG, and on paper.
 
-import { BarChart, CustomChart, HeatmapChart, LineChart, ScatterChart } from "echarts/charts";
+import { HeatmapChart, LineChart, ScatterChart } from "echarts/charts";
 import {
-    AriaComponent,
     BrushComponent,
     DataZoomComponent,
     GridComponent,
@@ -18,11 +17,8 @@ import { button, el } from "./dom";
 import { type Colours, colours, onTheme } from "./theme";
 
 use([
-    AriaComponent,
-    BarChart,
     BrushComponent,
     CanvasRenderer,
-    CustomChart,
     DataZoomComponent,
     GridComponent,
     HeatmapChart,
@@ -96,7 +92,6 @@ export class Chart {
         return {
             animation: false,
             textStyle: { fontFamily: FONT, color: now.ink, fontSize: 12 },
-            aria: { enabled: false },
             ...this.input.option(now),
         };
     }
@@ -170,17 +165,6 @@ export function tooltip(now: Colours, more: Record<string, unknown> = {}): Recor
         borderColor: now.rule,
         textStyle: { color: now.ink, fontSize: 12 },
         ...more,
-    };
-}
-
-/** Buttons to zoom and to go back. */
-export function zoomBox(now: Colours): Record<string, unknown> {
-    return {
-        right: 8,
-        top: 0,
-        itemSize: 13,
-        iconStyle: { borderColor: now.soft },
-        feature: { dataZoom: { title: { zoom: "Zoom into a box", back: "Undo the zoom" } }, restore: undefined },
     };
 }
 

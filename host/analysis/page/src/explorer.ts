@@ -16,7 +16,12 @@ export function columnOptions(store: Store): { value: string; text: string; grou
         .map((at) => ({ value: String(at), text: columnText(columns[at]), group: groups[columns[at].group] }));
 }
 
-/** Axes to begin with: the most influential input, and the first margin on the facility. */
+/** Share of the shown runs that have a value of a column. */
+function coverage(store: Store, at: number): number {
+    return store.data.values(at).reduce((count, value) => count + Number(Number.isFinite(value)), 0) / Math.max(1, store.data.head.shown);
+}
+
+/** Axes to begin with: the most influential input, and a margin that most runs have: aborted sessions have none. */
 function firstAxes(store: Store): { x: number; y: number } {
     const { head } = store.data;
     const options = columnOptions(store).map((option) => Number(option.value));
@@ -24,7 +29,8 @@ function firstAxes(store: Store): { x: number; y: number } {
     const x = head.curves[0]?.column ?? delay ?? options[0] ?? 0;
     const margins = head.requirements.flatMap((own) => [own.margin[1], own.margin[0]]);
     const wide = (at: number | null): at is number => at !== null && (head.requirements.find((own) => own.margin.includes(at))?.histogram ?? null) !== null;
-    return { x, y: margins.find(wide) ?? options.find((at) => at !== x) ?? x };
+    const measured = margins.filter(wide);
+    return { x, y: measured.find((at) => coverage(store, at) > 0.7) ?? measured[0] ?? options.find((at) => at !== x) ?? x };
 }
 
 /** Filters: agreement, cause, ranges of columns. */

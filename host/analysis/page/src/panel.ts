@@ -133,7 +133,7 @@ export function panel(store: Store, aside: HTMLElement): void {
                 const cause = causeText(data, row, side);
                 const word = outcome === "pass" && missed.length > 0 ? "fails a requirement" : outcome;
                 const reasons = [...(cause ? [cause] : []), ...missed];
-                return el("p", { class: "cause" }, el("b", { class: word === "pass" ? "verified" : "not_verified" }, `${SIDES[side]}: ${word}`), reasons.length > 0 ? `. ${reasons.join("; ")}.` : "");
+                return el("p", { class: "cause" }, el("b", { class: word === "pass" ? "verified" : "not_verified" }, `${word[0].toUpperCase()}${word.slice(1)} ${SIDES[side]}`), reasons.length > 0 ? `: ${reasons.join("; ")}.` : "");
             };
             const flags = data.head.flags.filter(([bit]) => (data.flags[row] & bit) !== 0);
             aside.replaceChildren(

@@ -13,6 +13,7 @@ import {
     DoubleSide,
     EdgesGeometry,
     Float32BufferAttribute,
+    FrontSide,
     Group,
     LatheGeometry,
     LineBasicMaterial,
@@ -148,7 +149,9 @@ function geometry(solid: Solid, reach: number): BufferGeometry {
 
 function body(shape: BufferGeometry, colour: string, opacity = 1, edges = 25): Group {
     const group = new Group();
-    const material = new MeshLambertMaterial({ color: new Color(colour), side: DoubleSide, transparent: opacity < 1, opacity, depthWrite: opacity >= 1 });
+    // A view from inside a large box sees through it.
+    const side = opacity < 0.3 ? FrontSide : DoubleSide;
+    const material = new MeshLambertMaterial({ color: new Color(colour), side, transparent: opacity < 1, opacity, depthWrite: opacity >= 1 });
     group.add(new Mesh(shape, material));
     group.add(new LineSegments(new EdgesGeometry(shape, edges), new LineBasicMaterial({ color: new Color(colour).multiplyScalar(0.6), transparent: true, opacity: 0.7 })));
     return group;
@@ -220,6 +223,11 @@ class View {
         this.partA = part(scene, 0, now.space);
         this.partB = part(scene, 1, now.facility);
         this.arrow = new ArrowHelper(new Vector3(1, 0, 0), new Vector3(), 1, new Color(now.limit));
+        // The force is seen through the parts.
+        for (const own of [this.arrow.line, this.arrow.cone]) {
+            own.renderOrder = 9;
+            for (const material of [own.material].flat()) Object.assign(material, { depthTest: false, transparent: true });
+        }
         this.world.add(this.partA, this.partB, this.arrow);
         this.camera.up.set(0, 0, 1);
         this.controls = new OrbitControls(this.camera, canvas);
@@ -383,7 +391,7 @@ class FacilityView extends View {
         super("on the facility", scene, "hil_contact_force");
         const colour = colours().soft;
         this.arms = (scene.robots ?? []).map((robot, at) => new Arm(robot, `robot${at + 1}`, colour));
-        this.world.add(...this.arms.map((arm) => arm.root));
+        for (const arm of this.arms) this.world.add(arm.root);
     }
 
     protected override pose(motion: Motion): void {

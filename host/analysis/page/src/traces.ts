@@ -135,6 +135,7 @@ export function traceFigure(store: Store): TraceView {
                 timeListeners.forEach((listener) => listener(time));
             });
             own.on("datazoom", () => place());
+            new ResizeObserver(() => requestAnimationFrame(place)).observe(own.getDom());
         },
     });
     chart.element.querySelector(".chart")?.parentElement?.append(line);
