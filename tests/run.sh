@@ -236,6 +236,9 @@ step "the same results, read by other programs"
 step "shipped files and wrong values, as an editor checks them"
 "$python" tests/schemas.py "$target/venv/bin/taplo"
 
+step "exported scenes and runs, in MuJoCo and as ROS 2 messages"
+"$python" tests/export.py "$target/release/softdock" "$scratch/export"
+
 step "the Python package: its wheel, its tests, its notebooks"
 (cd python && "$python" -m maturin build --quiet --profile release --strip --out "$scratch/wheels")
 "$python" -m pip install --quiet --disable-pip-version-check --force-reinstall --no-deps "$scratch"/wheels/softdock-*.whl
