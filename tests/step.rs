@@ -224,5 +224,5 @@ fn the_scene_is_a_well_formed_file_with_every_contact_point() {
         assert_eq!(svg.matches(point).count(), 3, "{point} in each view");
     }
     assert!(svg.contains("<title>smoke: A short docking") && svg.contains("x [m]") && !svg.contains("NaN"));
-    bench.expect(2, "check c/smoke.toml --scene no/folder/start.svg");
+    bench.expect(2, "check c/smoke.toml --scene c/smoke.toml/start.svg");
 }
