@@ -23,7 +23,7 @@ const LOOK: Duration = Duration::from_millis(200);
 
 /// Handles Ctrl-C: the first cancels the work and keeps every finished run; the second exits at once and loses the runs
 /// of the last seconds. Files stay valid in both cases.
-fn listen() {
+pub(crate) fn listen() {
     let on_signal = || {
         if CANCEL.is_cancelled() {
             std::process::exit(Exit::Incomplete as i32);
