@@ -51,7 +51,7 @@ pub fn run_recording(
     let sides = [("space", &columns), ("hil", &columns)].map(|(side, columns)| Side::of(side, tree, columns));
     let [Some(space), Some(hil)] = sides else { return Err(RecordingError::NoPoses(trace.run)) };
     let sides = [space, hil];
-    let robots = moving(tree, &columns, |name| name.starts_with("robot"), |name| robot_column(name));
+    let robots = moving(tree, &columns, |name| name.starts_with("robot"), robot_column);
     let options = WriteOptions::new().profile("ros2").library("softdock").compression(Some(Compression::Zstd));
     let mut writer = options.create(Cursor::new(Vec::new()))?;
     writer.write_metadata(&Metadata { name: PROVENANCE.to_owned(), metadata: provenance })?;

@@ -247,12 +247,11 @@ impl<'a> Runs<'a> {
                 counts
             })
             .collect();
-        let edge = |at: fn(&[(f64, Agreement)]) -> Option<&(f64, Agreement)>| {
-            groups.iter().map(move |group| at(group).expect("a group has a run").0 / in_si).collect::<Vec<_>>()
-        };
+        let ends = groups.iter().filter_map(|group| Some((group.first()?.0 / in_si, group.last()?.0 / in_si)));
+        let (from, to): (Vec<f64>, Vec<f64>) = ends.unzip();
         let mut columns = vec![
-            real("from", &unit, &format!("least `{name}` of the group"), edge(<[_]>::first)),
-            real("to", &unit, &format!("greatest `{name}` of the group"), edge(<[_]>::last)),
+            real("from", &unit, &format!("least `{name}` of the group"), from),
+            real("to", &unit, &format!("greatest `{name}` of the group"), to),
             whole("runs", "runs of the group", groups.iter().map(|group| group.len() as u64)),
         ];
         for (at, word) in AGREEMENT_WORDS.iter().enumerate() {
