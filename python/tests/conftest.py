@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 
+import matplotlib
 import pytest
 
-os.environ.setdefault("MPLBACKEND", "Agg")
+import softdock as sd
 
-import softdock as sd  # noqa: E402
+matplotlib.use("Agg")
 
 CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
-RUNS = 120
+RUNS = 60
 
 
 @pytest.fixture(scope="session")

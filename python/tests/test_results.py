@@ -19,7 +19,9 @@ from .conftest import RUNS
 def test_runs_are_those_of_the_files(results: sd.Results) -> None:
     files = str(results.path / "runs" / "*.parquet")
     table = results.runs()
-    other = duckdb.sql(f"select * from read_parquet('{files}') order by run").to_arrow_table()
+    relation = duckdb.sql(f"select * from read_parquet('{files}') order by run")
+    assert relation is not None
+    other = relation.to_arrow_table()
     own = pyarrow.table(table)
     assert own.num_rows == RUNS == len(table)
     assert own.column_names == other.column_names
@@ -39,7 +41,7 @@ def test_arrow_readers_get_the_same_buffers(results: sd.Results) -> None:
     assert polars.DataFrame(table)["run"].to_list() == runs
     assert table.to_pandas()["run"].tolist() == runs
     assert isinstance(table.to_pandas(), pandas.DataFrame)
-    assert duckdb.sql("select count(*), max(run) from table_of_runs").fetchall() == [(RUNS, RUNS - 1)]
+    assert duckdb.connect().execute("select count(*), max(run) from table_of_runs").fetchall() == [(RUNS, RUNS - 1)]
 
 
 def test_only_varied_inputs_remain(results: sd.Results) -> None:
