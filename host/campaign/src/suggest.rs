@@ -214,7 +214,7 @@ pub fn did_you_mean(word: &str, candidates: &[&str]) -> Option<String> {
     }
 }
 
-/// The candidates that an unknown word may mean, the likeliest first; at most [`MOST`].
+/// The candidates that an unknown word may mean, the likeliest first; at most three.
 pub fn likely<'a>(word: &str, candidates: &[&'a str]) -> Vec<&'a str> {
     if word.len() > LONGEST {
         return Vec::new();
