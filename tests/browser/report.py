@@ -60,6 +60,7 @@ def deciding_run(page: Page, url: str) -> None:
     page.wait_for_selector(READY, state="attached")
     row = page.locator("table.first tr", has_text="DOCK-020, worst run")
     row.locator("a").first.click()
+    page.wait_for_function("!document.getElementById('panel').hidden")
     text = page.locator("#panel").inner_text()
     check("the run that decides DOCK-020 opens in one click", selected(page).startswith("Run ") and "worst run in space" in text)
     causes = page.locator("#panel .cause").all_inner_texts()
