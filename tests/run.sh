@@ -227,6 +227,9 @@ python3 tests/browser/inject.py campaigns "$scratch/injected"
     [ "$?" -eq 1 ] || { cat "$scratch/page.log" >&2; fail "the campaign of the results page"; }
 "$browsers/bin/python3" tests/browser/report.py "$scratch/page" --chromium chromium --firefox firefox-esr
 
+step "the other pages, with markup in every name"
+"$browsers/bin/python3" tests/browser/pages.py "$(realpath "$target")/release/softdock" "$scratch/pages"
+
 step "a campaign, from its file to its verdict"
 "$target/release/softdock" run campaigns/smoke.toml --out "$scratch/smoke"
 

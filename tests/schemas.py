@@ -52,7 +52,7 @@ WRONG = [
 
 def check(taplo, folder, files):
     """Returns whether Taplo accepts files, and what it prints."""
-    done = subprocess.run([taplo, "check", *files], cwd=folder, capture_output=True, text=True)
+    done = subprocess.run([str(pathlib.Path(taplo).resolve()), "check", *files], cwd=folder, capture_output=True, text=True)
     return done.returncode == 0, done.stdout + done.stderr
 
 
