@@ -41,7 +41,7 @@ pub use judgement::Judge;
 pub use plots::map::{MapCurve, map_page, map_text};
 pub use plots::scene::scene_svg;
 pub use report::{Fact, ReportInput, ReportedDispersion, report_page, summary_text, write_report, write_summary};
-pub use summarise::{summarise, summarise_folder};
+pub use summarise::{agreement_of, summarise, summarise_folder};
 pub use summary::{Extension, Judgement, Summary, Verdict};
 pub use templates::STYLE;
 pub use terminal::{table, verdict_text};

@@ -6,7 +6,7 @@ use std::path::Path;
 use softdock_campaign::requirement::{AgreementRequirement, Rate, Requirement, Subject};
 use softdock_kernels::metrics::flags;
 use softdock_results::parity::{HALF_STEP, PARITY, Repetition, read_repetition};
-use softdock_results::runs::{Agreement, Status};
+use softdock_results::runs::{AGREEMENT_WORDS, Agreement, Status};
 use softdock_results::shards::ShardIndex;
 
 use crate::content::Content;
@@ -106,7 +106,7 @@ fn judge(facts: &CampaignFacts, completeness: Completeness, tally: &Tally) -> Su
         requirements,
         agreement_requirements,
         joint: PerLoop { space, facility },
-        agreement: agreement(&tally.agreement),
+        agreement: agreement_of(&tally.agreement),
         causes: PerLoop { space: tally.causes[0].listed(), facility: tally.causes[1].listed() },
         parity: None,
         half_step: None,
@@ -192,7 +192,7 @@ fn requirement_summary(
         at_least: requirement.limits.at_least,
         probability: requirement.probability,
         confidence: requirement.confidence,
-        agreement: is_on_space.then(|| agreement(&tally.requirement_agreement[at])),
+        agreement: is_on_space.then(|| agreement_of(&tally.requirement_agreement[at])),
         loops,
     }
 }
@@ -312,7 +312,8 @@ fn outer_summary(draws: &BTreeMap<u32, DrawCount>, greatest_rate: f64, confidenc
     }
 }
 
-fn agreement(counts: &AgreementCounts) -> AgreementSummary {
+/// The agreement of runs that are counted by kind, in the order of [`Agreement`].
+pub fn agreement_of(counts: &[u64; AGREEMENT_WORDS.len()]) -> AgreementSummary {
     let count = |agreement: Agreement| counts[agreement as usize];
     let runs: u64 = counts.iter().sum();
     let share = |agreement| Share::of(count(agreement), runs);

@@ -3,7 +3,8 @@
 use crate::error::{FarmError, Result};
 use crate::folder::ResultsFolder;
 use crate::replay::replay_run;
-use softdock_analysis::{AnalysisError, Judge, Share, cause_text};
+use softdock_analysis::summary::AgreementSummary;
+use softdock_analysis::{AnalysisError, Judge, Share, agreement_of, cause_text};
 use softdock_campaign::requirement::{Requirement, Subject};
 use softdock_campaign::suggest::likely;
 use softdock_kernels::fields::unit_suffix;
@@ -257,13 +258,10 @@ impl<'a> Runs<'a> {
         for (at, word) in AGREEMENT_WORDS.iter().enumerate() {
             columns.push(whole(word, "runs of the group with this agreement", counts.iter().map(|count| count[at])));
         }
-        for (rate, counted, cases) in RATES {
-            let of = |count: &[u64; AGREEMENT_WORDS.len()]| {
-                let sum = |of: &[Agreement]| of.iter().map(|agreement| count[*agreement as usize]).sum();
-                let cases = sum(cases);
-                (cases > 0).then(|| Share::of(sum(counted), cases))
-            };
-            let shares: Vec<Option<Share>> = counts.iter().map(of).collect();
+        let agreements: Vec<AgreementSummary> = counts.iter().map(agreement_of).collect();
+        for (rate, of) in RATES {
+            let shares: Vec<Option<Share>> =
+                agreements.iter().map(|agreement| Some(of(agreement)).filter(|share| share.cases > 0)).collect();
             let column = |suffix: &str, meaning: &str, value: fn(Share) -> f64| Column {
                 values: Values::F64(shares.iter().map(|share| share.map(value)).collect()),
                 ..real(&format!("{rate}{suffix}"), "1", meaning, [])
@@ -327,19 +325,14 @@ impl<'a> Runs<'a> {
     }
 }
 
-/// Rates: name, which agreements count, and among which runs. An aborted session is no false verdict, but a case.
-const RATES: [(&str, &[Agreement], &[Agreement]); 3] = {
-    use Agreement::{AbortedFail, AbortedPass, FalseFail, FalsePass, TrueFail, TruePass};
-    [
-        ("false_pass_rate", &[FalsePass], &[FalsePass, TrueFail, AbortedFail]),
-        ("false_fail_rate", &[FalseFail], &[FalseFail, TruePass, AbortedPass]),
-        (
-            "abort_rate",
-            &[AbortedPass, AbortedFail],
-            &[TruePass, FalsePass, TrueFail, FalseFail, AbortedPass, AbortedFail],
-        ),
-    ]
-};
+/// A rate of a group of runs: its name, and its place in the summary, which defines it.
+type RateRow = (&'static str, fn(&AgreementSummary) -> Share);
+
+const RATES: [RateRow; 3] = [
+    ("false_pass_rate", |agreement| agreement.false_pass_rate),
+    ("false_fail_rate", |agreement| agreement.false_fail_rate),
+    ("abort_rate", |agreement| agreement.abort_rate),
+];
 
 /// Sorted runs in groups of equally many; equal values are in one group.
 fn groups(rows: &[(f64, Agreement)], bins: usize) -> Vec<&[(f64, Agreement)]> {

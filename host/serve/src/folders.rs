@@ -44,15 +44,32 @@ pub struct FoundFolder {
     pub path: PathBuf,
 }
 
+/// Where a results folder is.
+struct Place {
+    name: String,
+    path: PathBuf,
+    pages: Vec<String>,
+}
+
 /// The results folders below a folder, the one that was changed last first.
 pub fn found_folders(root: &Path) -> Vec<FoundFolder> {
-    let mut found = Vec::new();
-    search(root, "", 0, &mut found);
-    found.sort_by(|one: &FoundFolder, two| two.changed_unix_s.cmp(&one.changed_unix_s).then(one.name.cmp(&two.name)));
+    let mut found: Vec<FoundFolder> = places(root).into_iter().map(folder).collect();
+    found.sort_by(|one, two| two.changed_unix_s.cmp(&one.changed_unix_s).then(one.name.cmp(&two.name)));
     found
 }
 
-fn search(path: &Path, name: &str, depth: usize, found: &mut Vec<FoundFolder>) {
+/// The results folder of a name below a folder; only its own files are read.
+pub(crate) fn found_folder(root: &Path, name: &str) -> Option<FoundFolder> {
+    places(root).into_iter().find(|place| place.name == name).map(folder)
+}
+
+fn places(root: &Path) -> Vec<Place> {
+    let mut found = Vec::new();
+    search(root, "", 0, &mut found);
+    found
+}
+
+fn search(path: &Path, name: &str, depth: usize, found: &mut Vec<Place>) {
     if found.len() >= MOST {
         return;
     }
@@ -60,7 +77,7 @@ fn search(path: &Path, name: &str, depth: usize, found: &mut Vec<FoundFolder>) {
     let pages: Vec<String> =
         PAGES.iter().filter(|page| path.join(page).is_file()).map(|page| (*page).to_owned()).collect();
     if is_campaign || !pages.is_empty() {
-        found.push(folder(path, name, pages));
+        found.push(Place { name: name.to_owned(), path: path.to_owned(), pages });
     }
     if depth == DEPTH {
         return;
@@ -81,7 +98,7 @@ fn search(path: &Path, name: &str, depth: usize, found: &mut Vec<FoundFolder>) {
 }
 
 /// What the files of a folder state; nothing is computed, so that the list is immediate for any number of runs.
-fn folder(path: &Path, name: &str, pages: Vec<String>) -> FoundFolder {
+fn folder(Place { name, path, pages }: Place) -> FoundFolder {
     let read = |file: &str| -> Option<Value> {
         let text = softdock_input::read_text(&path.join(file), softdock_input::MAX_TEXT).ok()?;
         serde_json::from_str(&text).ok()
@@ -97,7 +114,7 @@ fn folder(path: &Path, name: &str, pages: Vec<String>) -> FoundFolder {
     let changed = changed.filter_map(|file| changed_at(&path.join(file))).chain(newest).max().unwrap_or_default();
     let is_whole = runs_done.is_some() && runs_done >= runs_planned;
     FoundFolder {
-        name: name.to_owned(),
+        name,
         campaign: first([&manifest["id"], &summary["campaign"]]),
         title: text(&summary["title"]),
         verdict: first([&summary["verdict"], &Value::String("none".to_owned())]),
@@ -106,7 +123,7 @@ fn folder(path: &Path, name: &str, pages: Vec<String>) -> FoundFolder {
         is_growing: !is_whole && newest.is_some_and(|newest| now() < newest + GROWING),
         changed_unix_s: changed,
         pages,
-        path: path.to_owned(),
+        path,
     }
 }
 

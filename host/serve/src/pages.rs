@@ -1,6 +1,6 @@
 //! The server and its routes.
 
-use crate::folders::{FoundFolder, PAGES, found_folders, now};
+use crate::folders::{FoundFolder, PAGES, found_folder, found_folders, now};
 use crate::live::Answers;
 use axum::extract::{Path as UrlPath, State};
 use axum::http::StatusCode;
@@ -53,16 +53,12 @@ impl ResultsServer {
 }
 
 impl Shelf {
-    fn listed(&self) -> Vec<FoundFolder> {
-        found_folders(&self.root)
-    }
-
     /// A folder by its place; other paths do not exist here.
     fn folder(&self, name: &str) -> Result<FoundFolder, Box<Response>> {
         // The served folder itself has no name, and a path of a route no empty part.
         let name = if name == "." { "" } else { name };
-        let found = self.listed().into_iter().find(|folder| folder.name == name);
-        found.ok_or_else(|| Box::new(refusal(StatusCode::NOT_FOUND, "there is no such results folder")))
+        found_folder(&self.root, name)
+            .ok_or_else(|| Box::new(refusal(StatusCode::NOT_FOUND, "there is no such results folder")))
     }
 }
 
@@ -71,7 +67,9 @@ async fn index() -> Response {
 }
 
 async fn folders(State(shelf): State<Shelf>) -> Response {
-    answer(&json!({ "now_unix_s": now(), "root": shelf.root.display().to_string(), "folders": shelf.listed() }))
+    answer(
+        &json!({ "now_unix_s": now(), "root": shelf.root.display().to_string(), "folders": found_folders(&shelf.root) }),
+    )
 }
 
 async fn live(State(shelf): State<Shelf>, UrlPath(name): UrlPath<String>) -> Response {

@@ -12,29 +12,15 @@ from softdock import _softdock
 from softdock._command import answer
 from softdock._progress import reporter
 from softdock._results import Results
+from softdock._text import TextReport
 from softdock._toml import toml_value
 
 
-class Check:
+class Check(TextReport):
     """Report on a campaign before its runs: draws, nominal case, what its requirements need.
 
-    Attributes
-    ----------
-    data : dict
-        The report of ``softdock check --json``.
-    text : str
-        The report for people.
+    ``data`` is the report of ``softdock check --json``.
     """
-
-    def __init__(self, data: dict[str, Any], text: str) -> None:
-        self.data = data
-        self.text = text
-
-    def __repr__(self) -> str:
-        return self.text
-
-    def _repr_html_(self) -> str:
-        return f"<pre>{escape(self.text)}</pre>"
 
 
 class Campaign:

@@ -4,33 +4,17 @@ from __future__ import annotations
 
 import json
 import os
-from html import escape
-from typing import Any
 
 from softdock import _softdock
 from softdock._results import Results
+from softdock._text import TextReport
 
 
-class Comparison:
+class Comparison(TextReport):
     """Failures, rates, runs that changed, metrics and keys of two results folders.
 
-    Attributes
-    ----------
-    data : dict
-        The comparison of ``softdock compare --json``.
-    text : str
-        The comparison for people.
+    ``data`` is the comparison of ``softdock compare --json``.
     """
-
-    def __init__(self, data: dict[str, Any], text: str) -> None:
-        self.data = data
-        self.text = text
-
-    def __repr__(self) -> str:
-        return self.text
-
-    def _repr_html_(self) -> str:
-        return f"<pre>{escape(self.text)}</pre>"
 
 
 def compare(first: Results | str | os.PathLike[str], second: Results | str | os.PathLike[str]) -> Comparison:
