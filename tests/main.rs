@@ -14,6 +14,8 @@ mod facility;
 mod gpu;
 mod identify;
 mod kernel;
+#[cfg(target_os = "linux")]
+mod million;
 mod one_facility;
 mod operator_page;
 mod oracles;

@@ -228,7 +228,9 @@ python3 tests/browser/inject.py campaigns "$scratch/injected"
 "$browsers/bin/python3" tests/browser/report.py "$scratch/page" --chromium chromium --firefox firefox-esr
 
 step "the other pages, with markup in every name"
-"$browsers/bin/python3" tests/browser/pages.py "$(realpath "$target")/release/softdock" "$scratch/pages"
+every=()
+[ "$full" = no ] || every=(--all)
+"$browsers/bin/python3" tests/browser/pages.py "$(realpath "$target")/release/softdock" "$scratch/pages" "${every[@]}"
 
 step "a campaign, from its file to its verdict"
 "$target/release/softdock" run campaigns/smoke.toml --out "$scratch/smoke"

@@ -20,7 +20,7 @@ use softdock_diagnosis::verdict::answer::DiagnosisVerdict;
 use softdock_diagnosis::verdict::judged::Judged;
 use softdock_engine::simulator::Simulator;
 use softdock_engine::{Choice, EngineError};
-use softdock_farm::{Context, FarmError, ModelComparison, default_results, device_failure};
+use softdock_farm::{Context, FarmError, ModelComparison, default_results, device_failure, page_origin};
 use softdock_identify::contact::identification::{ContactOptions, identify_contact};
 use softdock_identify::contact::law::FittedLaw;
 use softdock_identify::contact::report::{contact_files, terminal as contact_text};
@@ -146,7 +146,7 @@ fn identify_law(args: &ContactArgs, format: &Format) -> Outcome {
     terminal.end();
     let command = CommandLine::new("identify contact", std::slice::from_ref(&args.rig)).files("data", &args.data);
     let command = command.option("hold-out", Some(args.hold_out)).option("law", args.law.map(FittedLaw::word));
-    let work = contact_files(&found, &command.option("seed", Some(args.seed)).text())?;
+    let work = contact_files(&found, &page_origin(&command.option("seed", Some(args.seed)).text()))?;
     let folder = args.out.clone().unwrap_or_else(|| default_results(&format!("identify_{}", rig.id)));
     let written = write(&folder, &work.files)?;
     format.print(|| work.figures, || format!("{}\n\n{written}", contact_text(&found)));
@@ -172,7 +172,7 @@ fn fit_robot(args: &RobotArgs, prior: &Robot) -> Result<(String, FiguresAndFiles
     let command = CommandLine::new("identify robot", std::slice::from_ref(&args.model)).more(&args.logs);
     let command = command.files("validate", &args.validate).file("marks", args.marks.as_deref());
     let command = command.option("cutoff", Some(args.cutoff)).option("period", args.period);
-    let work = identification_files(&identified, &marks, &command.option("weight", args.weight).text())?;
+    let work = identification_files(&identified, &marks, &page_origin(&command.option("weight", args.weight).text()))?;
     Ok((format!("identify_{}", prior.id), work, report::terminal(&identified, &marks)))
 }
 
@@ -182,7 +182,7 @@ fn design_motion(args: &RobotArgs, robot: &Robot) -> Result<(String, FiguresAndF
     let motion = design(robot, &options)?;
     let command = CommandLine::new("identify robot", std::slice::from_ref(&args.model)).flag("design", true);
     let command = command.option("period", Some(options.period)).option("seed", Some(args.seed));
-    let work = motion_files(robot, &motion, &command.text())?;
+    let work = motion_files(robot, &motion, &page_origin(&command.text()))?;
     Ok((format!("motion_{}", robot.id), work, motion.text()))
 }
 
@@ -284,14 +284,15 @@ pub(crate) fn diagnose(args: &DiagnoseArgs, format: &Format) -> Outcome {
             None
         });
     }
-    let mut work = model.files(&diagnosis, &judged, &repeat_command(args, file))?;
+    let command = repeat_command(args, file);
+    let origin = page_origin(&command);
+    let mut work = model.files(&diagnosis, &judged, &origin)?;
     let folder = args.out.clone().unwrap_or_else(|| default_results(&format!("diagnose_{}", model.id())));
     let written = write(&folder, &work.files)?;
     let comparison = compared(args, &folder, work.files.iter().any(|file| file.name == EXTENDED), terminal.context())?;
     if let Some(comparison) = &comparison {
         work.figures["comparison"] = comparison.json();
-        let command = repeat_command(args, file);
-        write(&folder, &[model.page(&diagnosis, &judged, &command, Some(&comparison.text()))?])?;
+        write(&folder, &[model.page(&diagnosis, &judged, &origin, Some(&comparison.text()))?])?;
     }
     terminal.end();
     let comparison = comparison.map_or_else(String::new, |comparison| comparison.text() + "\n");

@@ -15,7 +15,7 @@ use softdock_bench::record::Ledger;
 use softdock_bench::score::{score, scored};
 use softdock_bench::{GauntletError, summary_text};
 use softdock_diagnosis::report::command_line::CommandLine;
-use softdock_farm::{Part, default_results};
+use softdock_farm::{Part, default_results, page_origin};
 use std::path::{Path, PathBuf};
 
 /// Environment variable with the folder of the measured data.
@@ -112,7 +112,7 @@ pub(crate) fn bench_diagnosis(args: &BenchDiagnosisArgs, format: &Format) -> Out
     let command = CommandLine::new("bench diagnosis", &[] as &[&Path]).option("size", Some(args.size.word()));
     let machine = Some(args.machine.word()).filter(|_| args.machine != MachineKind::default());
     let command = command.option("machine", machine).option("plants", plants).option("draws", args.draws).text();
-    let (figures, files) = score_files(&score, &command)?;
+    let (figures, files) = score_files(&score, &page_origin(&command))?;
     let written = write(&folder, &files)?;
     format.print(|| figures, || format!("{}\n{written}", summary_text::text(&score)));
     let missing = count_missing(&all, &folder)?;

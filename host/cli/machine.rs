@@ -8,14 +8,15 @@ use clap::{Args, Subcommand};
 use serde_json::json;
 use softdock_analysis::{MapCurve, map_page, map_text};
 use softdock_campaign::{SCHEMA_KINDS, SchemaKind};
+use softdock_diagnosis::report::command_line::CommandLine;
 use softdock_engine::bench::{Windows, measure_machine};
 use softdock_engine::map::{LimitCurve, count_limits, stability_map};
 use softdock_engine::{Choice, open};
-use softdock_farm::{CardOptions, Observer, Selection, Work, card_report, load_campaign};
+use softdock_farm::{CardOptions, Observer, Selection, Work, card_report, load_campaign, page_origin};
 use softdock_kernels::frame::Batch;
 use softdock_kernels::plant::Plant;
 use softdock_tracer::kernel::kernel;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Print the JSON Schema of a kind of files, for editors: keys, words, units, ranges.
@@ -100,7 +101,9 @@ pub(crate) fn map(args: &MapArgs, format: &Format) -> Outcome {
     terminal.end();
     let curves: Vec<MapCurve> = limits.into_iter().map(curve).collect();
     if let Some(path) = &args.out {
-        let page = map_page(mass, args.delay_ms, &curves).map_err(Failure::of)?;
+        let command = CommandLine::new("map", &[] as &[&Path]).option("mass-kg", Some(mass));
+        let command = command.option("delay-ms", Some(args.delay_ms)).flag("quick", args.quick).file("out", Some(path));
+        let page = map_page(mass, args.delay_ms, &curves, &page_origin(&command.text())).map_err(Failure::of)?;
         write_file(path, page.as_bytes())?;
     }
     let stiffness = mass / (delay * delay);

@@ -1,7 +1,8 @@
-"""The other pages, with markup in every name of the user, in Chromium: `pages.py SOFTDOCK FOLDER [--chromium PROGRAM]`.
+"""The other pages, with markup in every name of the user, in Chromium: `pages.py SOFTDOCK FOLDER [--all] [--chromium PROGRAM]`.
 
 Makes the comparison of variants, the pages of identifications and of a diagnosis, and serves a folder of results. Each page
-is opened on a wide and on a narrow dark screen. The pages of `map` and of the gauntlet hold no text of users.
+is opened on a wide and on a narrow dark screen. `--all`: the pages of `map` and of the gauntlet too, which hold no text of users and
+take most of the time.
 """
 
 import argparse
@@ -13,7 +14,7 @@ import subprocess
 import sys
 
 from axe_playwright_python.sync_playwright import Axe
-from playwright.sync_api import Browser, sync_playwright
+from playwright.sync_api import Browser, Page, sync_playwright
 
 ROOT = pathlib.Path(__file__).parents[2]
 MARKUP = "<img src=x onerror=window.injected=1><svg onload=window.injected=1>"
@@ -92,6 +93,37 @@ def made(program: str, folder: pathlib.Path) -> list[pathlib.Path]:
     return pages
 
 
+def without_names(program: str, folder: pathlib.Path) -> list[pathlib.Path]:
+    """The pages that hold no text of users."""
+    pages = [folder / "results/map.html", folder / "results/score/score.html"]
+    softdock(program, "map", "--mass-kg", 200, "--delay-ms", 16, "--quick", "--out", pages[0])
+    part = ("--only", "drive.null", "--out", pages[1].parent)
+    softdock(program, "bench", "diagnosis", *part, expected=(0, 1, 3))
+    return pages
+
+
+def has_shell(page: Page, label: str) -> None:
+    """Contents list, switch of colours, origin, and figures that can be saved."""
+    headings = [text.removeprefix(f"{n}. ") for n, text in enumerate(page.locator("main h2").all_inner_texts(), 1)]
+    page.evaluate("document.querySelector('nav.contents details').open = true")
+    listed = page.locator("#contents a").all_inner_texts()
+    check(f"{label}: every section is in the contents list", listed == headings and len(listed) > 0, (listed, headings))
+    check(f"{label}: version and commit", "commit " in page.inner_text(".provenance"))
+    check(f"{label}: date", "page written 20" in page.inner_text(".provenance"))
+    before = page.evaluate("getComputedStyle(document.body).backgroundColor")
+    page.click("#controls button")
+    check(f"{label}: dark and light", page.evaluate("getComputedStyle(document.body).backgroundColor") != before)
+    page.click("#controls button")
+    for kind, head in (("SVG", b"<svg"), ("PNG", b"\x89PNG")):
+        button = page.locator("figure .save button", has_text=kind).first
+        if button.count() == 0:
+            check(f"{label}: figures can be saved", page.locator("figure svg").count() == 0)
+            continue
+        with page.expect_download() as download:
+            button.click()
+        check(f"{label}: saved {kind}", download.value.path().read_bytes().startswith(head))
+
+
 def looked_at(browser: Browser, url: str, name: str, *, is_served: bool) -> None:
     """Opens a page on a wide and on a narrow, dark screen."""
     for width, scheme in ((1300, "light"), (390, "dark")):
@@ -112,6 +144,8 @@ def looked_at(browser: Browser, url: str, name: str, *, is_served: bool) -> None
         check(f"{label}: not wider than the screen", page.evaluate(SIDEWAYS) <= 0, page.evaluate(SIDEWAYS))
         faults = [found for found in Axe().run(page).response["violations"] if found["impact"] in SERIOUS]
         check(f"{label}: accessible", not faults, [(found["id"], found["nodes"][0]["html"][:90]) for found in faults])
+        if not is_served and scheme == "light":
+            has_shell(page, label)
         page.close()
 
 
@@ -151,11 +185,14 @@ def main() -> None:
     arguments = argparse.ArgumentParser()
     arguments.add_argument("softdock")
     arguments.add_argument("folder", type=pathlib.Path)
+    arguments.add_argument("--all", action="store_true")
     arguments.add_argument("--chromium", default="chromium")
     given = arguments.parse_args()
     folder = given.folder.resolve()
     folder.mkdir(parents=True, exist_ok=True)
     pages = made(given.softdock, folder)
+    if given.all:
+        pages += without_names(given.softdock, folder)
     with sync_playwright() as playwright:
         program = shutil.which(given.chromium) or given.chromium
         browser = playwright.chromium.launch(executable_path=program, args=["--no-sandbox"])

@@ -1,6 +1,7 @@
-// Builds src/*.ts into one minified script, `../src/page/app.js`, with the licences of its libraries beside it.
+// Builds src/*.ts into two minified scripts: `../src/page/app.js` of the results page, with the licences of its libraries
+// beside it, and `../src/page/shell.js` of the other pages.
 //
-// The first line of the script states the BLAKE3 hash of its sources; a test of the Rust crate computes it again.
+// The first line of a script states the BLAKE3 hash of its sources; a test of the Rust crate computes it again.
 
 import { blake3 } from "@noble/hashes/blake3.js";
 import { build } from "esbuild";
@@ -26,25 +27,34 @@ function sourceHash() {
 const version = (name) => JSON.parse(readFileSync(`${here}node_modules/${name}/package.json`, "utf8")).version;
 const libraries = ["echarts", "zrender", "three"].map((name) => `${name} ${version(name)}`).join(", ");
 
-const { outputFiles, metafile } = await build({
-    absWorkingDir: here,
-    entryPoints: ["src/main.ts"],
-    bundle: true,
-    minify: true,
-    write: false,
-    metafile: true,
-    format: "iife",
-    target: "es2022",
-    charset: "ascii",
-    legalComments: "none",
-    define: { "process.env.NODE_ENV": '"production"', __DEV__: "false" },
-});
-const banner = `/* softdock page, sources ${sourceHash()} */\n/* with ${libraries}; licences: licenses.txt beside this file */\n`;
-const text = banner + outputFiles[0].text;
-if (text.toLowerCase().includes("</script")) throw new Error("the script would end its own element");
-writeFileSync(`${out}app.js`, text);
-// Of the page's script element, which holds the script and nothing else.
-writeFileSync(`${out}app.sha256`, `sha256-${createHash("sha256").update(text).digest("base64")}\n`);
+/** Bundles an entry into `name.js`, with the hash of the script beside it. */
+async function bundle(entry, name, banner) {
+    const { outputFiles, metafile } = await build({
+        absWorkingDir: here,
+        entryPoints: [entry],
+        bundle: true,
+        minify: true,
+        write: false,
+        metafile: true,
+        format: "iife",
+        target: "es2022",
+        charset: "ascii",
+        legalComments: "none",
+        define: { "process.env.NODE_ENV": '"production"', __DEV__: "false" },
+    });
+    const text = `/* softdock page, sources ${sourceHash()} */\n${banner}${outputFiles[0].text}`;
+    if (text.toLowerCase().includes("</script")) throw new Error("the script would end its own element");
+    writeFileSync(`${out}${name}.js`, text);
+    // Of the page's script element, which holds the script and nothing else.
+    writeFileSync(`${out}${name}.sha256`, `sha256-${createHash("sha256").update(text).digest("base64")}\n`);
+    const sizes = Object.entries(Object.values(metafile.outputs)[0].inputs);
+    const of = (part) => sizes.filter(([file]) => file.includes(part)).reduce((sum, [, own]) => sum + own.bytesInOutput, 0);
+    const [echarts, zrender, three] = ["node_modules/echarts/", "zrender/", "node_modules/three/"].map(of);
+    console.log(`${name}.js ${text.length} bytes: echarts ${echarts}, zrender ${zrender}, three ${three}, own ${of("src/") - of("three/src/")}`);
+}
+
+await bundle("src/main.ts", "app", `/* with ${libraries}; licences: licenses.txt beside this file */\n`);
+await bundle("src/drawings.ts", "shell", "");
 
 const licences = [
     ["Apache ECharts", ["echarts/LICENSE", "echarts/NOTICE"]],
@@ -55,7 +65,3 @@ const licences = [
 const licenceText = ([name, files]) =>
     `${name}\n${"=".repeat(name.length)}\n\n${files.map((file) => readFileSync(`${here}node_modules/${file}`, "utf8").trim()).join("\n\n")}\n`;
 writeFileSync(`${out}licenses.txt`, licences.map(licenceText).join("\n\n"));
-
-const sizes = Object.values(metafile.outputs)[0].inputs;
-const of = (part) => Object.entries(sizes).filter(([name]) => name.includes(part)).reduce((sum, [, own]) => sum + own.bytesInOutput, 0);
-console.log(`app.js ${text.length} bytes: echarts ${of("node_modules/echarts/")}, zrender ${of("zrender/")}, three ${of("three/")}, own ${of("src/") - of("three/src/")}`);

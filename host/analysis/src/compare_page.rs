@@ -2,7 +2,6 @@
 
 use std::path::{Path, PathBuf};
 
-use minijinja::value::Serde;
 use serde::Serialize;
 use softdock_campaign::compare::{Bands, CellMap, Comparison};
 use softdock_results::write_file;
@@ -15,12 +14,11 @@ use crate::number::{digits_of, significant, unit_text};
 use crate::plots::Drawing;
 use crate::plots::bands::{aborted_figure, colour_of, metric_figure, wrong_figure};
 use crate::plots::cells::{Shown, cells_figure, medians};
-use crate::templates::{STYLE, environment};
+use crate::templates::{PageOrigin, render_page};
 
 /// Values of the template.
 #[derive(Serialize)]
 struct Page<'a> {
-    style: &'static str,
     compared: &'a Compared,
     variants: Vec<Line>,
     /// Rules that aborted sessions, with the runs of each variant.
@@ -125,7 +123,6 @@ pub fn compare_page(
         }
     }
     let page = Page {
-        style: STYLE,
         compared,
         variants: compared.variants.iter().enumerate().map(line).collect(),
         aborts: compared.abort_causes(),
@@ -135,7 +132,8 @@ pub fn compare_page(
         campaign_text,
         commands,
     };
-    Ok(environment()?.get_template("compare.html")?.render(Serde(&page))?)
+    let origin = PageOrigin { version: &compared.version, commit: &compared.commit, command: "" };
+    render_page("compare.html", include_str!("page/compare.html"), &origin, &page)
 }
 
 fn percent(share: &Share) -> String {

@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use minijinja::value::Serde;
 use serde::Serialize;
 use softdock_campaign::outcome_map::OutcomeMap;
 use softdock_kernels::plant::Plant;
+use softdock_results::arrow_table::OtherUnit;
 use softdock_results::write_file;
 
 use crate::Result;
@@ -16,7 +16,7 @@ use crate::page_data::pass::{CONSERVED, PageRuns};
 use crate::page_data::{PageInput, page_data};
 use crate::reading::agreement_reading;
 use crate::summary::Summary;
-use crate::templates::{APP, APP_HASH, STYLE, environment};
+use crate::templates::{APP, PageOrigin, render_with};
 use crate::tracking::{TrackingRow, tracking_rows};
 
 /// Dispersed parameter, as in the campaign file.
@@ -52,6 +52,8 @@ pub struct ReportInput<'a> {
     pub content: &'a Content,
     /// The scenario's constants, for the replay in three dimensions; without them the page has none.
     pub plant: Option<Plant>,
+    /// Columns in the units of the campaign's author.
+    pub author_units: Vec<OtherUnit>,
     /// Maps of outcomes.
     pub outcome_maps: &'a [OutcomeMap],
     /// One row per dispersed parameter.
@@ -82,9 +84,6 @@ struct DispersionRow {
 /// Values of the template.
 #[derive(Serialize)]
 struct Page<'a> {
-    style: &'static str,
-    app: &'static str,
-    app_hash: &'static str,
     summary: &'a Summary,
     campaign_text: &'a str,
     reading: Vec<String>,
@@ -142,6 +141,7 @@ pub fn report_page(input: &ReportInput, summary: &Summary) -> Result<String> {
         facts: &input.campaign,
         summary,
         traces: &input.content.traces.kept,
+        author_units: &input.author_units,
         outcome_maps: input.outcome_maps,
         plant: input.plant.as_ref(),
     };
@@ -150,9 +150,6 @@ pub fn report_page(input: &ReportInput, summary: &Summary) -> Result<String> {
         Data { head: data.head, block: data.block, shown: runs.sample.len() as u64 }
     });
     let page = Page {
-        style: STYLE,
-        app: APP,
-        app_hash: APP_HASH.trim_ascii_end(),
         summary,
         campaign_text: input.campaign.text,
         reading: agreement_reading(summary),
@@ -167,7 +164,8 @@ pub fn report_page(input: &ReportInput, summary: &Summary) -> Result<String> {
         criteria: &input.criteria,
         rules: &input.rules,
     };
-    Ok(environment()?.get_template("report.html")?.render(Serde(&page))?)
+    let origin = PageOrigin { version: &summary.version, commit: &summary.commit, command: "" };
+    render_with(APP, "report.html", include_str!("page/report.html"), &origin, &page)
 }
 
 fn dispersion_rows(input: &ReportInput, runs: Option<&PageRuns>) -> Vec<DispersionRow> {

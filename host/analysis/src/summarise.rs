@@ -39,12 +39,23 @@ pub fn summarise_folder(results: &Path, facts: &CampaignFacts) -> Result<Summary
 /// # Errors
 /// If a file can no longer be read.
 pub fn summarise(content: &Content, facts: &CampaignFacts) -> Result<Summary> {
-    let (results, index) = (content.results.as_path(), &content.shards);
     let mut tally = Tally::new(facts);
-    for batch in index.read_columns(&Tally::columns(facts)) {
+    count(&mut tally, &content.results, &content.shards, facts)?;
+    summary_of(content, facts, &tally)
+}
+
+/// Adds the runs of shards to a tally.
+pub(crate) fn count(tally: &mut Tally, results: &Path, shards: &ShardIndex, facts: &CampaignFacts) -> Result<()> {
+    for batch in shards.read_columns(&Tally::columns(facts)) {
         tally.add(&batch?, facts).map_err(|error| AnalysisError::of_column(results, &error))?;
     }
-    let mut completeness = completeness(results, index, &tally);
+    Ok(())
+}
+
+/// The summary of content whose runs have been counted.
+pub(crate) fn summary_of(content: &Content, facts: &CampaignFacts, tally: &Tally) -> Result<Summary> {
+    let (results, index) = (content.results.as_path(), &content.shards);
+    let mut completeness = completeness(results, index, tally);
     let mut repeated = |kind: &Repetition| match read_repetition(kind, results, index) {
         Ok(table) => table.map(|table| Parity::of(kind, &table)),
         Err(error) => {
@@ -55,7 +66,7 @@ pub fn summarise(content: &Content, facts: &CampaignFacts) -> Result<Summary> {
     let (parity, half_step) = (repeated(&PARITY), repeated(&HALF_STEP));
     let foreign = content.traces.foreign.iter().chain(&content.foreign_events);
     completeness.ignored.extend(foreign.map(|(path, reason)| ignored(results, path, reason)));
-    Ok(Summary { parity, half_step, ..judge(facts, completeness, &tally) })
+    Ok(Summary { parity, half_step, ..judge(facts, completeness, tally) })
 }
 
 fn judge(facts: &CampaignFacts, completeness: Completeness, tally: &Tally) -> Summary {

@@ -78,8 +78,11 @@ impl Causes {
             let [least, greatest] = count.values.unwrap_or([value; 2]);
             count.values = Some([least.min(value), greatest.max(value)]);
         }
-        if count.examples.len() < EXAMPLES {
-            count.examples.push(run);
+        // The first runs, in whichever order they are counted.
+        let place = count.examples.partition_point(|known| *known < run);
+        if place < EXAMPLES {
+            count.examples.insert(place, run);
+            count.examples.truncate(EXAMPLES);
         }
     }
 
@@ -161,7 +164,8 @@ impl LoopTally {
         draw.runs += 1;
         draw.failures += u64::from(!pass);
         self.tail.add(margin, run);
-        if let Some(margin) = margin.filter(|margin| self.worst.is_none_or(|worst| *margin < worst.margin)) {
+        let is_worse = |margin: &f64| self.worst.is_none_or(|worst| (*margin, run) < (worst.margin, worst.run));
+        if let Some(margin) = margin.filter(is_worse) {
             self.worst = Some(RunMargin { run, margin });
         }
     }

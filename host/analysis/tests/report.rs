@@ -33,6 +33,7 @@ fn input<'a>(content: &'a Content, requirements: &'a [Requirement], runs: u64) -
         campaign: facts(requirements, runs),
         content,
         plant: None,
+        author_units: Vec::new(),
         outcome_maps: &[],
         dispersions: vec![
             dispersion("in_closing_speed_m_per_s", "uniform 0.02 m/s to 0.08 m/s", "aleatory", "IDSS-like"),
@@ -231,9 +232,9 @@ fn names_of_users_are_text_in_markup_and_data() {
     assert_eq!(head["requirements"][0]["text"], EVIL);
 }
 
-/// The script states the hash of its sources.
+/// The scripts state the hash of their sources.
 #[test]
-fn script_of_the_page_is_built_from_its_sources() {
+fn scripts_of_the_pages_are_built_from_their_sources() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut names = vec!["package-lock.json".to_owned(), "build.mjs".to_owned()];
     for file in std::fs::read_dir(folder.join("page/src")).unwrap() {
@@ -245,11 +246,13 @@ fn script_of_the_page_is_built_from_its_sources() {
         let text = std::fs::read(folder.join("page").join(&name)).unwrap();
         hash.update(format!("{name}\n{}\n", text.len()).as_bytes()).update(&text);
     }
-    let script = std::fs::read_to_string(folder.join("src/page/app.js")).unwrap();
-    let first = script.lines().next().unwrap();
     let hash = hash.finalize().to_hex();
-    assert!(first.contains(hash.as_str()), "app.js is stale: run npm ci && npm run build in host/analysis/page");
-    assert!(!script.to_lowercase().contains("</script"), "the script would end its own element");
+    for name in ["app.js", "shell.js"] {
+        let script = std::fs::read_to_string(folder.join("src/page").join(name)).unwrap();
+        let first = script.lines().next().unwrap();
+        assert!(first.contains(hash.as_str()), "{name} is stale: run npm ci && npm run build in host/analysis/page");
+        assert!(!script.to_lowercase().contains("</script"), "{name} would end its own element");
+    }
 }
 
 /// Peak of the resident memory since the last call \[bytes\].

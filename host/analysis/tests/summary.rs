@@ -3,13 +3,43 @@
 mod synthetic;
 
 use softdock_analysis::exact::{allowed_failures, clopper_pearson, upper_bound};
-use softdock_analysis::{CampaignFacts, InvalidRuns, Summary, Verdict, summarise_folder, verdict_text};
+use softdock_analysis::{CampaignFacts, InvalidRuns, RunningSummary, Summary, Verdict, summarise_folder, verdict_text};
 use softdock_campaign::requirement::{AgreementRequirement, Rate, Requirement, Subject};
 use softdock_results::runs::{Agreement, Outcome, RunRow, Status};
 use softdock_results::shards::{shard_path, write_shard};
 use synthetic::{facts, plan, provenance, requirements, row, schema, write_campaign, write_shards};
 
 const RUNS: u64 = 4_000;
+
+/// A folder that grows, that is damaged, and whose runs change: each time the summary is that of a whole reading.
+#[test]
+fn running_summary_is_that_of_the_whole_folder() {
+    let results = tempfile::tempdir().unwrap();
+    let requirements = requirements();
+    let facts = facts(&requirements, RUNS);
+    let mut running = RunningSummary::default();
+    let mut check = |what: &str, runs: u64| {
+        let summary = running.renew(results.path(), &facts).unwrap();
+        assert_eq!(summary.completeness.runs_done, runs, "{what}");
+        assert!(summary == summarise_folder(results.path(), &facts).unwrap(), "{what}");
+    };
+    check("an empty folder", 0);
+    write_shards(results.path(), RUNS, [0, 3].into_iter());
+    check("two shards", 1000);
+    write_shards(results.path(), RUNS, [1].into_iter());
+    check("one more", 1500);
+    check("nothing new", 1500);
+    std::fs::write(shard_path(results.path(), 3), "damaged").unwrap();
+    check("a damaged shard", 1000);
+    let mut rows: Vec<RunRow> = plan(RUNS).range(3).map(row).collect();
+    rows[0].status = Status::Invalid;
+    write_shard(results.path(), 3, &schema(), rows, &provenance()).unwrap();
+    check("other runs in its place", 1500);
+    std::fs::remove_file(shard_path(results.path(), 0)).unwrap();
+    check("a shard less", 1000);
+    write_shards(results.path(), RUNS, 0..plan(RUNS).shards());
+    check("all of them", RUNS);
+}
 
 fn whole(runs: u64) -> (tempfile::TempDir, Vec<Requirement>) {
     let results = tempfile::tempdir().unwrap();

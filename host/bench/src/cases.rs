@@ -6,6 +6,7 @@ use crate::score::GauntletScore;
 use crate::trial::{TrialRunner, lay_out};
 use crate::{GauntletError, Result, page};
 use serde_json::Value;
+use softdock_analysis::PageOrigin;
 use softdock_results::ResultFile;
 use std::path::Path;
 use std::time::Instant;
@@ -104,13 +105,13 @@ pub fn count_missing(all: &[Case], folder: &Path) -> Result<usize> {
     Ok(all.iter().filter(|case| !known.contains(&case.id())).count())
 }
 
-/// Returns figures and files of a score made by `command`.
+/// Returns figures and files of a score.
 ///
 /// # Errors
 /// If a figure of the page cannot be drawn.
-pub fn score_files(score: &GauntletScore, command: &str) -> Result<(Value, Vec<ResultFile>)> {
+pub fn score_files(score: &GauntletScore, origin: &PageOrigin) -> Result<(Value, Vec<ResultFile>)> {
     let figures = serde_json::to_value(score).expect("a score has string keys");
     let text = serde_json::to_string_pretty(&figures).expect("a value has string keys") + "\n";
-    let files = vec![ResultFile::new("score.html", page::page(score, command)?), ResultFile::new("score.json", text)];
+    let files = vec![ResultFile::new("score.html", page::page(score, origin)?), ResultFile::new("score.json", text)];
     Ok((figures, files))
 }

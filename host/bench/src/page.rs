@@ -8,17 +8,14 @@ use crate::score::{DemandStatus, GauntletScore, Row, median};
 use crate::seal::Asks;
 use crate::summary_text::{found, name, shared};
 use serde::Serialize;
-use softdock_analysis::STYLE;
 use softdock_analysis::number::significant;
 use softdock_analysis::plots::axis::Axis;
 use softdock_analysis::plots::figure::{Figure, Size, colour};
-use softdock_diagnosis::report::template::render;
+use softdock_analysis::{PageOrigin, render_page};
 use std::collections::{BTreeMap, BTreeSet};
 
 #[derive(Serialize)]
 struct Page {
-    style: &'static str,
-    version: &'static str,
     headline: String,
     cases: usize,
     unasked: usize,
@@ -32,7 +29,6 @@ struct Page {
     parameters: Vec<[String; 6]>,
     methods: Vec<[String; 5]>,
     failures: Vec<[String; 5]>,
-    command: String,
 }
 
 /// Counts of grades for a hidden effect and size.
@@ -64,10 +60,8 @@ struct Cell {
 ///
 /// # Errors
 /// A figure that cannot be drawn.
-pub fn page(score: &GauntletScore, command: &str) -> Result<String> {
+pub fn page(score: &GauntletScore, origin: &PageOrigin) -> Result<String> {
     let page = Page {
-        style: STYLE,
-        version: env!("CARGO_PKG_VERSION"),
         headline: headline(score),
         cases: score.cases,
         unasked: score.unasked.len(),
@@ -104,9 +98,8 @@ pub fn page(score: &GauntletScore, command: &str) -> Result<String> {
                 [outcome, own.case.clone(), own.seed.to_string(), own.hidden.clone(), own.answered.clone()]
             })
             .collect(),
-        command: command.to_owned(),
     };
-    Ok(render("score.html", include_str!("page/score.html"), &page)?)
+    Ok(render_page("score.html", include_str!("page/score.html"), origin, &page)?)
 }
 
 fn headline(score: &GauntletScore) -> String {

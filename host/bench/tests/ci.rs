@@ -1,5 +1,6 @@
 //! CI size of the gauntlet: no false name, and detectable effects are named.
 
+use softdock_analysis::PageOrigin;
 use softdock_bench::outcome::AnswerGrade;
 use softdock_bench::page::page;
 use softdock_bench::plan::{Extent, MachineKind, WantedCases, plan};
@@ -48,7 +49,8 @@ fn ci_plan_has_no_false_name_and_names_detectable_effects() {
     let limits = scales(folder.path()).expect("whole lines");
     let of: BTreeSet<(&str, u64)> = limits.iter().map(|line| (line.effect.as_str(), line.seed)).collect();
     assert!(!limits.is_empty() && of.len() == limits.len(), "each detection limit is computed once");
-    let page = page(&score, "softdock bench diagnosis").expect("a page");
+    let page = page(&score, &PageOrigin { version: "0", commit: "unknown", command: "softdock bench diagnosis" })
+        .expect("a page");
     assert!(
         page.contains("drive, 4 s*") && page.contains("<svg") && !page.contains("http"),
         "a page that opens offline"

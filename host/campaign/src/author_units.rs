@@ -17,6 +17,16 @@ pub struct AuthorUnit {
     pub in_si: f64,
 }
 
+/// SI value of one unit; `None` if it does not measure the same as the SI unit.
+///
+/// ```
+/// assert_eq!(softdock_campaign::in_si("kN", "N"), Some(1000.0));
+/// assert_eq!(softdock_campaign::in_si("ms", "N"), None);
+/// ```
+pub fn in_si(unit: &str, si: &str) -> Option<f64> {
+    quantity(&format!("1 {unit}"), si).ok()
+}
+
 impl Campaign {
     /// Units of the dispersed quantities and of the metrics of requirements, as the campaign file writes them; those in
     /// SI, and quantities without a unit, are left out.
@@ -30,7 +40,7 @@ impl Campaign {
         let mut units: Vec<AuthorUnit> = Vec::new();
         let mut add = |name: String, is_metric: bool, si: &str, value: Option<&Value>| {
             let Some(unit) = value.and_then(first_unit).filter(|unit| unit != si) else { return };
-            let Ok(in_si) = quantity(&format!("1 {unit}"), si) else { return };
+            let Some(in_si) = in_si(&unit, si) else { return };
             if in_si != 1.0 && !units.iter().any(|other| other.name == name && other.is_metric == is_metric) {
                 units.push(AuthorUnit { name, is_metric, unit, in_si });
             }

@@ -61,7 +61,7 @@ pub mod urdf;
 mod variant;
 mod written;
 
-pub use author_units::AuthorUnit;
+pub use author_units::{AuthorUnit, in_si};
 pub use campaign::Campaign;
 pub use cases::Cases;
 pub use check::FILL_IN;

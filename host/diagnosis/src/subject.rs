@@ -9,6 +9,7 @@ use crate::report::result_files::{FiguresAndFiles, readable};
 use crate::report::summary::headline;
 use crate::report::{extend, missing_torque, page};
 use crate::verdict::judged::Judged;
+use softdock_analysis::PageOrigin;
 use softdock_campaign::{Campaign, FileKind, Problems, Rig, Scenario};
 use softdock_results::ResultFile;
 use std::path::Path;
@@ -92,7 +93,7 @@ impl DiagnosedModel {
         }
     }
 
-    /// Returns the page of a diagnosis made by `command`, with the verdicts of a campaign that were compared.
+    /// Returns the page of a diagnosis, with the verdicts of a campaign that were compared.
     ///
     /// # Errors
     /// If a figure cannot be drawn.
@@ -100,22 +101,22 @@ impl DiagnosedModel {
         &self,
         diagnosis: &Diagnosis,
         judged: &[Judged],
-        command: &str,
+        origin: &PageOrigin,
         comparison: Option<&str>,
     ) -> Result<ResultFile> {
-        let page = page::page(self.title(), diagnosis, judged, command, comparison)?;
+        let page = page::page(self.title(), diagnosis, judged, origin, comparison)?;
         Ok(ResultFile::new("diagnosis.html", page))
     }
 
-    /// Returns page, figures, extended model, experiment and missing torques of a diagnosis made by `command`.
+    /// Returns page, figures, extended model, experiment and missing torques of a diagnosis.
     ///
     /// # Errors
     /// If a figure of the page cannot be drawn.
-    pub fn files(&self, diagnosis: &Diagnosis, judged: &[Judged], command: &str) -> Result<FiguresAndFiles> {
+    pub fn files(&self, diagnosis: &Diagnosis, judged: &[Judged], origin: &PageOrigin) -> Result<FiguresAndFiles> {
         let mut figures = serde_json::to_value(diagnosis).expect("a diagnosis has string keys");
         figures["headline"] = headline(diagnosis).into();
         let mut files =
-            vec![self.page(diagnosis, judged, command, None)?, ResultFile::new("diagnosis.json", readable(&figures))];
+            vec![self.page(diagnosis, judged, origin, None)?, ResultFile::new("diagnosis.json", readable(&figures))];
         let (is_facility, (text, beside)) = match self {
             Self::Rig(rig) => (false, rig.gathered()),
             Self::Facility(facility) => (true, facility.scenario().gathered()),
@@ -126,7 +127,7 @@ impl DiagnosedModel {
         }
         files.extend(diagnosis.proposed.as_ref().map(|experiment| {
             let asked = experiment.run.zip(self.campaign()).map(|(run, campaign)| {
-                let why = format!("{} Made by `{command}`.", headline(diagnosis));
+                let why = format!("{} Made by `{}`.", headline(diagnosis), origin.command);
                 campaign.experiment_text(&why, run, experiment.repeats)
             });
             ResultFile::new(experiment.file(), asked.unwrap_or_else(|| experiment.csv()))

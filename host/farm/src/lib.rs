@@ -18,6 +18,7 @@
 //! # Ok::<(), softdock_farm::FarmError>(())
 //! ```
 
+mod author_units;
 pub mod card;
 mod cases;
 pub mod changes;
@@ -73,7 +74,7 @@ pub use failed_runs::{failed_results, failed_runs};
 pub use folder::ResultsFolder;
 pub use judge::judge;
 pub use make::RunOptions;
-pub use manifest::{Build, MANIFEST_SCHEMA};
+pub use manifest::{Build, MANIFEST_SCHEMA, page_origin};
 pub use merge::merge;
 pub use nominal_scene::draw_nominal_start;
 pub use observer::{Cancel, Context, Note, Observer, Silent, Work, device_failure};
@@ -85,7 +86,7 @@ pub use run::run;
 pub use select::{Selection, load_campaign, load_campaign_text};
 pub use signals::signal_rows;
 pub use slurm::{SlurmJobs, SlurmOptions, slurm_state, submit_slurm_scripts, write_slurm_scripts};
-pub use status::{FolderStatus, report, results_of, status};
+pub use status::{FolderStatus, FolderWatch, report, results_of, status};
 pub use verify::{Verification, verify};
 pub use worker::{finish_folder, work};
 

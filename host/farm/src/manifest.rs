@@ -2,7 +2,7 @@
 
 use crate::error::{FarmError, Result};
 use serde::{Deserialize, Serialize};
-use softdock_analysis::{Extension, Judgement};
+use softdock_analysis::{Extension, Judgement, PageOrigin};
 use softdock_results::write_file;
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -12,6 +12,9 @@ pub const MANIFEST_SCHEMA: &str = "results/4";
 
 /// Name of the file.
 pub(crate) const MANIFEST_FILE: &str = softdock_campaign::manifest::FILE;
+
+const VERSION: &str = env!("CARGO_PKG_VERSION");
+const COMMIT: &str = env!("SOFTDOCK_COMMIT");
 
 /// Build of softdock that made the runs of a folder.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -25,8 +28,13 @@ pub struct Build {
 impl Build {
     /// Returns this build.
     pub fn own() -> Self {
-        Self { version: env!("CARGO_PKG_VERSION").to_owned(), commit: env!("SOFTDOCK_COMMIT").to_owned() }
+        Self { version: VERSION.to_owned(), commit: COMMIT.to_owned() }
     }
+}
+
+/// Returns what a page states of this build and of the command that makes the page.
+pub fn page_origin(command: &str) -> PageOrigin<'_> {
+    PageOrigin { version: VERSION, commit: COMMIT, command }
 }
 
 impl fmt::Display for Build {

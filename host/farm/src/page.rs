@@ -29,6 +29,7 @@ fn input<'a>(folder: &'a ResultsFolder, content: &'a Content, summary: &Summary)
         campaign: folder.facts(),
         content,
         plant: Some(Plant::new(folder.campaign.scenario.model.clone())),
+        author_units: folder.author_units(),
         outcome_maps: &folder.campaign.outcome_maps,
         dispersions: dispersions(&folder.campaign),
         configuration: configuration(&folder.campaign, summary),

@@ -7,8 +7,7 @@ use softdock_analysis::summary::AgreementSummary;
 use softdock_analysis::{AnalysisError, Judge, Share, agreement_of, cause_text};
 use softdock_campaign::requirement::{Requirement, Subject};
 use softdock_campaign::suggest::likely;
-use softdock_kernels::fields::unit_suffix;
-use softdock_results::arrow_table::{ArrowTable, OtherUnit};
+use softdock_results::arrow_table::ArrowTable;
 use softdock_results::columns::{self, AGREEMENT, Loop, NO_CAUSE, RUN};
 use softdock_results::runs::{AGREEMENT_WORDS, Agreement, input_fields};
 use softdock_results::shards::ShardIndex;
@@ -84,7 +83,7 @@ impl<'a> Runs<'a> {
         let table = ArrowTable::of_runs(&self.index, &names)?;
         Ok(match units {
             Units::Si => table,
-            Units::Author => table.in_units(&self.author_units()),
+            Units::Author => table.in_units(&self.folder.author_units()),
         })
     }
 
@@ -114,48 +113,8 @@ impl<'a> Runs<'a> {
         Ok(constant.into_iter().map(|(name, _)| name).collect())
     }
 
-    /// The author's units of the columns of the runs.
-    pub fn author_units(&self) -> Vec<OtherUnit> {
-        let campaign = &self.folder.campaign;
-        let mut units = Vec::new();
-        for author in campaign.author_units() {
-            let mut add = |column: String, si: &str| {
-                let stem = column.strip_suffix(&format!("_{}", unit_suffix(si))).unwrap_or(&column).to_owned();
-                let name = format!("{stem}_{}", slug(&author.unit));
-                units.push(OtherUnit { column, name, unit: author.unit.clone(), in_si: author.in_si });
-            };
-            if !author.is_metric {
-                if let Some((column, si)) = self.input_column(&author.name) {
-                    add(column, &si);
-                }
-                continue;
-            }
-            for requirement in campaign.requirements.iter().filter(|requirement| requirement.metric.name == author.name)
-            {
-                for side in Loop::BOTH {
-                    if let Some(column) = &requirement.metric.column {
-                        add(side.metric_column(column).into_name(), requirement.unit());
-                    }
-                    add(side.margin(&requirement.column_id()).into_name(), "1");
-                }
-            }
-        }
-        units
-    }
-
     fn view<T>(&self, column: std::result::Result<T, columns::ColumnError>) -> Result<T> {
         Ok(column.map_err(|error| AnalysisError::of_column(&self.folder.path, &error))?)
-    }
-
-    /// Column and SI unit of an input by the name of its parameter, its key of the scenario, or its column.
-    fn input_column(&self, name: &str) -> Option<(String, String)> {
-        let key = self.folder.campaign.keys().find(|key| key.path == name || key.column() == name);
-        let field = || {
-            let mut fields = input_fields().into_iter();
-            fields.find(|field| field.name == name || columns::input(field).name() == name)
-        };
-        key.map(|key| (key.column(), key.unit.to_owned()))
-            .or_else(|| field().map(|field| (columns::input(&field).into_name(), field.unit.to_owned())))
     }
 
     /// Why runs of one agreement (`false_fail`) do not pass, most frequent first: on the facility; of false passes, in
@@ -224,12 +183,12 @@ impl<'a> Runs<'a> {
         }
         let known = self.index.columns()?;
         let (input, si) =
-            self.input_column(name).filter(|(input, _)| known.column(input).is_some()).ok_or_else(|| {
+            self.folder.input_column(name).filter(|(input, _)| known.column(input).is_some()).ok_or_else(|| {
                 let fields = input_fields();
                 let remedy = near(name, &fields.iter().map(|field| field.name.as_str()).collect::<Vec<_>>());
                 FarmError::refused(format!("the runs have no input `{name}`"), remedy)
             })?;
-        let author = self.author_units().into_iter().find(|unit| units == Units::Author && unit.column == input);
+        let author = self.folder.author_units().into_iter().find(|unit| units == Units::Author && unit.column == input);
         let (unit, in_si) = author.map_or((si, 1.0), |author| (author.unit, author.in_si));
         let mut rows: Vec<(f64, Agreement)> = Vec::new();
         for batch in self.index.read_columns(&[input.clone(), AGREEMENT.name().to_owned()]) {
@@ -307,7 +266,8 @@ impl<'a> Runs<'a> {
             rows.sort_by(|one, two| one.0.total_cmp(&two.0).then(one.1.cmp(&two.1)));
             rows.truncate(most);
         }
-        let author = self.author_units().into_iter().find(|one| units == Units::Author && one.column == margin.name());
+        let author =
+            self.folder.author_units().into_iter().find(|one| units == Units::Author && one.column == margin.name());
         let (unit, in_si) = author.map_or((found.unit().to_owned(), 1.0), |author| (author.unit, author.in_si));
         let place = if side == Loop::Space { "in space" } else { "on the facility" };
         let mut columns = vec![
@@ -349,14 +309,6 @@ fn groups(rows: &[(f64, Agreement)], bins: usize) -> Vec<&[(f64, Agreement)]> {
         }
     }
     groups
-}
-
-/// A unit as a suffix of a column's name: `mm/s` is `mm_per_s`, `%` is `percent`.
-fn slug(unit: &str) -> String {
-    let text = unit.replace('%', "percent").replace('‰', "permille").replace('°', "deg").replace('µ', "u");
-    let text = text.replace('/', " per ").to_lowercase();
-    let words = text.split(|letter: char| !letter.is_ascii_alphanumeric()).filter(|word| !word.is_empty());
-    words.collect::<Vec<_>>().join("_")
 }
 
 /// A remedy with the names that a wrong one may mean.

@@ -4,13 +4,12 @@ use crate::Result;
 use crate::excitation::{Excitation, Uses};
 use serde::Serialize;
 use serde_json::{Value, json};
-use softdock_analysis::STYLE;
 use softdock_analysis::number::{digits_of, significant};
 use softdock_analysis::plots::axis::Axis;
 use softdock_analysis::plots::figure::{Figure, Size, colour};
+use softdock_analysis::{PageOrigin, render_page};
 use softdock_campaign::Robot;
 use softdock_campaign::robot::Quantity;
-use softdock_diagnosis::report::template::render;
 use softdock_input::csv_cell;
 use std::fmt::Write;
 
@@ -19,13 +18,10 @@ const POINTS: usize = 400;
 
 #[derive(Serialize)]
 struct Page {
-    style: &'static str,
-    version: &'static str,
     title: String,
     facts: Vec<(String, String)>,
     uses: Vec<(String, String)>,
     drawings: Vec<(String, String)>,
-    command: String,
 }
 
 /// Returns one period as CSV with sampling period `step` \[s\]: time and joint angles, in the columns, units and
@@ -84,15 +80,13 @@ fn uses(uses: &Uses) -> [(&'static str, f64); 5] {
 }
 
 /// Renders the page: angles and speeds of every joint within their limits.
-pub fn page(robot: &Robot, motion: &Excitation, command: &str) -> Result<String> {
+pub fn page(robot: &Robot, motion: &Excitation, origin: &PageOrigin) -> Result<String> {
     let mut drawings = Vec::new();
     for joint in 0..motion.joints.len() {
         drawings.push(drawing(robot, motion, joint, 0)?);
         drawings.push(drawing(robot, motion, joint, 1)?);
     }
     let page = Page {
-        style: STYLE,
-        version: env!("CARGO_PKG_VERSION"),
         title: robot.title.clone(),
         facts: [
             ("period", format!("{} s", significant(motion.period, 4))),
@@ -103,9 +97,8 @@ pub fn page(robot: &Robot, motion: &Excitation, command: &str) -> Result<String>
         .into(),
         uses: uses(&motion.uses).map(|(name, share)| (name.to_owned(), digits_of(100.0 * share, 3))).into(),
         drawings,
-        command: command.to_owned(),
     };
-    render("motion.html", include_str!("page/motion.html"), &page)
+    Ok(render_page("motion.html", include_str!("page/motion.html"), origin, &page)?)
 }
 
 /// Angle (order 0) or speed (order 1) of a joint between its limits, in degrees.

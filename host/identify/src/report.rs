@@ -6,11 +6,10 @@ use crate::published_errors::PublishedErrors;
 use crate::{Identification, RecordingComparison, TorqueComparison};
 use serde::Serialize;
 use serde_json::{Value, json};
-use softdock_analysis::STYLE;
 use softdock_analysis::number::{digits_of, significant, unit_text};
 use softdock_analysis::plots::axis::Axis;
 use softdock_analysis::plots::figure::{Figure, Size, colour};
-use softdock_diagnosis::report::template::render;
+use softdock_analysis::{PageOrigin, render_page};
 
 /// Points of a line on the page.
 const MOST_POINTS: usize = 700;
@@ -20,8 +19,6 @@ const TWO_SIDED: f64 = 1.96;
 
 #[derive(Serialize)]
 struct Page {
-    style: &'static str,
-    version: &'static str,
     title: String,
     fitted: String,
     validated: String,
@@ -34,7 +31,6 @@ struct Page {
     scores: Vec<ScoreRow>,
     elasticity: Vec<ElasticityRow>,
     facts: Vec<(String, String)>,
-    command: String,
 }
 
 #[derive(Serialize)]
@@ -100,14 +96,12 @@ struct ElasticityRow {
 }
 
 /// Renders the page as HTML; `command` is the command that reproduces it.
-pub fn page(found: &Identification, marks: &[PublishedErrors], command: &str) -> Result<String> {
+pub fn page(found: &Identification, marks: &[PublishedErrors], origin: &PageOrigin) -> Result<String> {
     let names: Vec<String> = found.robot.joints.iter().map(|joint| joint.name.clone()).collect();
     let list =
         |compared: &[RecordingComparison]| compared.iter().map(|c| c.name.clone()).collect::<Vec<_>>().join(", ");
     let all = || found.fitted.iter().chain(&found.validated);
     let page = Page {
-        style: STYLE,
-        version: env!("CARGO_PKG_VERSION"),
         title: found.robot.title.clone(),
         fitted: list(&found.fitted),
         validated: list(&found.validated),
@@ -119,10 +113,9 @@ pub fn page(found: &Identification, marks: &[PublishedErrors], command: &str) ->
         scores: score_rows(found),
         elasticity: elasticity_rows(found),
         facts: facts(found),
-        command: command.to_owned(),
         joints: names,
     };
-    render("identify.html", include_str!("page/identify.html"), &page)
+    Ok(render_page("identify.html", include_str!("page/identify.html"), origin, &page)?)
 }
 
 fn percent(share: f64) -> String {

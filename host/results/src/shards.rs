@@ -1,8 +1,9 @@
 //! The shards of a campaign: written once; complete, missing or foreign by their files alone.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+use std::time::SystemTime;
 
 use crate::read::{Batches, TableReader};
 use crate::runs::columns::RUN;
@@ -203,15 +204,47 @@ pub struct ShardIndex {
     pub set_aside: Vec<PathBuf>,
 }
 
+/// Length and time of change of a file.
+type FileState = (u64, SystemTime);
+
+fn file_state(path: &Path) -> Option<FileState> {
+    let found = std::fs::metadata(path).ok()?;
+    Some((found.len(), found.modified().ok()?))
+}
+
+/// Whole shards that scans of a growing results folder have found.
+#[derive(Clone, Debug, Default)]
+pub struct KnownShards {
+    of: Option<(ShardPlan, Origin)>,
+    files: HashMap<PathBuf, (FileState, u32, ShardFile)>,
+}
+
 impl ShardIndex {
     /// Looks at all shards of a results folder, every byte of them; an absent folder has none.
     pub fn scan(results: &Path, plan: ShardPlan, origin: &Origin) -> Result<Self> {
+        Self::scan_again(results, plan, origin, &mut KnownShards::default())
+    }
+
+    /// As [`ShardIndex::scan`], without reading again the files that scans before have found whole and whose length and
+    /// time of change are still the same.
+    pub fn scan_again(results: &Path, plan: ShardPlan, origin: &Origin, known: &mut KnownShards) -> Result<Self> {
+        if known.of.as_ref().is_none_or(|(own_plan, own_origin)| (*own_plan, own_origin) != (plan, origin)) {
+            *known = KnownShards { of: Some((plan, origin.clone())), files: HashMap::new() };
+        }
         let (complete, foreign) = (BTreeMap::new(), Vec::new());
         let set_aside = files_named(&results.join("runs"), is_set_aside)?;
         let mut index = Self { plan, origin: origin.clone(), complete, foreign, set_aside };
         for path in parquet_files(&results.join("runs"))? {
+            let state = file_state(&path);
+            if let Some((_, shard, file)) = known.files.get(&path).filter(|own| state.as_ref() == Some(&own.0)) {
+                index.complete.insert(*shard, file.clone());
+                continue;
+            }
             match belongs(&path, plan, origin) {
-                Ok((shard, file)) => drop(index.complete.insert(shard, file)),
+                Ok((shard, file)) => {
+                    known.files.extend(state.map(|state| (path, (state, shard, file.clone()))));
+                    index.complete.insert(shard, file);
+                }
                 Err(reason) => index.foreign.push((path, reason)),
             }
         }

@@ -8,11 +8,12 @@ use axum::response::Response;
 use axum::routing::get;
 use serde_json::{Value, json};
 use softdock_analysis::STYLE;
-use softdock_farm::{FarmError, Shown, compare_folders, status};
+use softdock_farm::{FarmError, FolderWatch, Shown, compare_folders};
 use softdock_web::{LoopbackServer, Router, WebError, answer, page, refusal};
+use std::collections::VecDeque;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Largest page that is read.
 const MOST_BYTES: u64 = 64 << 20;
@@ -27,6 +28,29 @@ pub struct ResultsServer {
 struct Shelf {
     root: Arc<PathBuf>,
     answers: Answers,
+    watches: Watches,
+}
+
+/// What is known of the folders that are looked at; a folder that nobody has looked at for long is forgotten.
+#[derive(Clone, Default)]
+struct Watches(Arc<Mutex<VecDeque<(PathBuf, Watch)>>>);
+
+/// One of them.
+type Watch = Arc<Mutex<FolderWatch>>;
+
+/// Folders that are watched at a time.
+const MOST_WATCHES: usize = 16;
+
+impl Watches {
+    fn of(&self, path: &Path) -> Watch {
+        let mut all = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let known = all.iter().position(|(own, _)| own == path).and_then(|at| all.remove(at));
+        let entry = known.unwrap_or_else(|| (path.to_owned(), Arc::default()));
+        let watch = entry.1.clone();
+        all.push_front(entry);
+        all.truncate(MOST_WATCHES);
+        watch
+    }
 }
 
 impl ResultsServer {
@@ -35,7 +59,7 @@ impl ResultsServer {
     /// # Errors
     /// If the address is not on loopback, or cannot be bound.
     pub fn start(root: &Path, address: &str) -> Result<Self, WebError> {
-        let shelf = Shelf { root: Arc::new(root.to_owned()), answers: Answers::default() };
+        let shelf = Shelf { root: Arc::new(root.to_owned()), answers: Answers::default(), watches: Watches::default() };
         let router = Router::new()
             .route("/", get(index))
             .route("/api/folders", get(folders))
@@ -76,7 +100,8 @@ async fn live(State(shelf): State<Shelf>, UrlPath(name): UrlPath<String>) -> Res
     match shelf.folder(&name) {
         Ok(folder) => {
             let (path, question) = (folder.path.clone(), format!("live {name}"));
-            let mut found = shelf.answers.ask(&question, move || live_state(&path));
+            let watch = shelf.watches.of(&path);
+            let mut found = shelf.answers.ask(&question, move || live_state(&path, &watch));
             found["folder"] = json!(folder);
             answer(&found)
         }
@@ -99,8 +124,14 @@ async fn compare(State(shelf): State<Shelf>, UrlPath(names): UrlPath<(String, St
 }
 
 /// Summary of the whole shards of a folder, runs of the others, and who makes them.
-fn live_state(path: &Path) -> Value {
-    match status(path) {
+fn live_state(path: &Path, watch: &Mutex<FolderWatch>) -> Value {
+    let mut watch = watch.lock().unwrap_or_else(|poisoned| {
+        // What a panic has left of the counts is not used.
+        let mut watch = poisoned.into_inner();
+        *watch = FolderWatch::default();
+        watch
+    });
+    match watch.status(path) {
         Ok(found) => {
             let text = found.shown.text();
             let kind = match found.shown {

@@ -13,7 +13,7 @@ import {
 } from "echarts/components";
 import { type ECharts, type EChartsCoreOption, init, use } from "echarts/core";
 import { CanvasRenderer, SVGRenderer } from "echarts/renderers";
-import { button, el } from "./dom";
+import { type ImageKind, el, saveButtons, saveFile } from "./dom";
 import { type Colours, colours, onTheme } from "./theme";
 
 use([
@@ -62,12 +62,7 @@ export class Chart {
     constructor(private readonly input: ChartInput) {
         this.holder = el("div", { class: "chart", role: "img", "aria-label": input.title });
         this.holder.style.height = `${input.height}px`;
-        const save = el(
-            "span",
-            { class: "save" },
-            button("PNG", () => this.save("png"), { "aria-label": `Save as PNG: ${input.title}` }),
-            button("SVG", () => this.save("svg"), { "aria-label": `Save as SVG: ${input.title}` }),
-        );
+        const save = saveButtons(input.title, (kind) => this.save(kind));
         this.caption = el("span", {}, input.caption ?? "");
         this.element = el("figure", { class: "figure" }, this.holder, el("figcaption", {}, this.caption, save));
         all.push(this);
@@ -119,7 +114,7 @@ export class Chart {
         this.chart?.getZr().flush();
     }
 
-    private save(kind: "png" | "svg"): void {
+    private save(kind: ImageKind): void {
         const { width, height } = this.holder.getBoundingClientRect();
         const copy = el("div");
         copy.style.cssText = `position:fixed;left:-9999px;width:${width}px;height:${height}px`;
@@ -128,8 +123,7 @@ export class Chart {
         chart.setOption({ ...this.option(), toolbox: { show: false } });
         chart.getZr().flush();
         const url = chart.getDataURL({ type: kind, pixelRatio: 2, backgroundColor: colours().paper });
-        const name = this.input.title.toLowerCase().replace(/[^a-z0-9]+/g, "-").replace(/^-|-$/g, "");
-        el("a", { href: url, download: `${name}.${kind}` }).click();
+        saveFile(this.input.title, kind, url);
         chart.dispose();
         copy.remove();
     }

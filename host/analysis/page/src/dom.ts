@@ -60,3 +60,21 @@ export function escaped(text: string): string {
 export function byId(id: string): HTMLElement | null {
     return document.getElementById(id);
 }
+
+export type ImageKind = "png" | "svg";
+
+/** Buttons that save a figure. */
+export function saveButtons(title: string, save: (kind: ImageKind) => void): HTMLElement {
+    return el(
+        "span",
+        { class: "save" },
+        button("PNG", () => save("png"), { "aria-label": `Save as PNG: ${title}` }),
+        button("SVG", () => save("svg"), { "aria-label": `Save as SVG: ${title}` }),
+    );
+}
+
+/** Saves a figure under its title. */
+export function saveFile(title: string, kind: ImageKind, url: string): void {
+    const name = title.toLowerCase().replace(/[^a-z0-9]+/g, "-").replace(/^-|-$/g, "");
+    el("a", { href: url, download: `${name}.${kind}` }).click();
+}

@@ -8,32 +8,10 @@ import { energyFigure, marginFigures, outcomeFigures, successFigures } from "./f
 import type { Units } from "./format";
 import { panel } from "./panel";
 import { replay } from "./replay";
+import { shell } from "./shell";
 import { Store } from "./store";
-import { onTheme, setPaper, themeSwitch } from "./theme";
+import { onTheme } from "./theme";
 import { traceFigure } from "./traces";
-
-function shell(): void {
-    byId("controls")?.append(themeSwitch());
-    const written = new Date(document.lastModified);
-    const stamp = byId("written");
-    if (stamp && Number.isFinite(written.getTime())) {
-        const text = written.toLocaleString("sv-SE", { dateStyle: "short", timeStyle: "short" });
-        stamp.textContent = ` \u00b7 page written ${text}`;
-    }
-    // Narrow screens begin with the contents folded.
-    const contents = document.querySelector<HTMLDetailsElement>("nav.contents details");
-    if (contents && innerWidth < 1360) contents.open = false;
-    // Only what scrolls is a stop of the keyboard.
-    const stop = new ResizeObserver((entries) => {
-        for (const { target } of entries) {
-            const box = target as HTMLElement;
-            const scrolls = box.scrollWidth > box.clientWidth + 1 || box.classList.contains("runs-scroll");
-            if (scrolls) box.tabIndex = 0;
-            else box.removeAttribute("tabindex");
-        }
-    });
-    for (const box of document.querySelectorAll(".scroll")) stop.observe(box);
-}
 
 async function start(): Promise<void> {
     shell();
@@ -68,14 +46,8 @@ async function start(): Promise<void> {
     };
     addEventListener("hashchange", follow);
     follow();
-    addEventListener("beforeprint", () => {
-        setPaper(true);
-        printAll(true);
-    });
-    addEventListener("afterprint", () => {
-        setPaper(false);
-        printAll(false);
-    });
+    addEventListener("beforeprint", () => printAll(true));
+    addEventListener("afterprint", () => printAll(false));
     document.documentElement.dataset.ready = String(Math.round(performance.now()));
 }
 

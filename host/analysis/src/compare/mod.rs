@@ -15,7 +15,7 @@ use softdock_results::shards::ShardIndex;
 use crate::Result;
 use crate::exact::{READING_CONFIDENCE, Share, upper_bound};
 use crate::moments::sorted_quantile;
-use crate::summary::{AgreementSummary, CauseCount, Summary, Verdict};
+use crate::summary::{AgreementSummary, CauseCount, DeviceShards, Summary, Verdict};
 pub use paired::{Factor, Pairs};
 use rows::{Columns, Row};
 pub use text::compare_text;
@@ -57,6 +57,10 @@ pub struct Compared {
     pub seed: u64,
     /// Version of softdock.
     pub version: String,
+    /// The commit that it was built from.
+    pub commit: String,
+    /// Who computed how many shards of all variants.
+    pub devices: Vec<DeviceShards>,
     /// The worst of the variants' verdicts. Requirements on space are the same for all.
     pub verdict: Verdict,
     /// 0 verified, 1 not verified, 3 incomplete.
@@ -125,6 +129,8 @@ pub struct ComparedVariant {
     pub title: String,
     /// Replaced keys with their new values.
     pub changes: Vec<(String, String)>,
+    /// Hash of its campaign.
+    pub campaign_hash: String,
     /// Verdict of all requirements.
     pub verdict: Verdict,
     /// Passes in space, of the valid runs.
@@ -247,12 +253,26 @@ pub fn compare(id: &str, title: &str, plan: &Comparison, inputs: &[VariantInput]
         title: title.to_owned(),
         seed: worst.map_or(0, |summary| summary.seed),
         version: worst.map_or(String::new(), |summary| summary.version.clone()),
+        commit: worst.map_or(String::new(), |summary| summary.commit.clone()),
+        devices: devices(inputs),
         verdict: worst.map_or(Verdict::Undecided, |summary| summary.verdict),
         exit_code: codes().max().unwrap_or(3),
         trust: plan.trust,
         along: plan.along.as_ref().map(MapAxis::of),
         variants,
     })
+}
+
+/// Sums the shards of all variants by device.
+fn devices(inputs: &[VariantInput]) -> Vec<DeviceShards> {
+    let mut all: Vec<DeviceShards> = Vec::new();
+    for own in inputs.iter().flat_map(|input| &input.summary.completeness.devices) {
+        match all.iter_mut().find(|known| known.backend == own.backend && known.device == own.device) {
+            Some(known) => known.shards += own.shards,
+            None => all.push(own.clone()),
+        }
+    }
+    all
 }
 
 fn variant(
@@ -273,6 +293,7 @@ fn variant(
         name: input.name.to_owned(),
         title: input.title.to_owned(),
         changes: input.changes.to_vec(),
+        campaign_hash: input.summary.campaign_hash.clone(),
         verdict: input.summary.verdict,
         space_pass: share(Row::passes_in_space),
         facility_pass: share(Row::passes_on_facility),

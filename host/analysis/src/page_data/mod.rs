@@ -12,6 +12,7 @@ use serde::Serialize;
 use softdock_campaign::outcome_map::OutcomeMap;
 use softdock_kernels::metrics::flags;
 use softdock_kernels::plant::Plant;
+use softdock_results::arrow_table::OtherUnit;
 use softdock_results::columns::{Loop, input};
 use softdock_results::runs::{AGREEMENT_WORDS, OUTCOME_WORDS, PHASE_WORDS};
 use softdock_results::traces::Trace;
@@ -24,7 +25,7 @@ use crate::page_data::pass::{Group, NumberColumn, PageRuns};
 use crate::page_data::scene::Scene;
 use crate::page_data::strata::{CODES, Stratum};
 use crate::page_data::traces::{ShownQuantity, ShownTrace};
-use crate::page_data::units::{ShownUnit, of_author};
+use crate::page_data::units::ShownUnit;
 use crate::summary::Summary;
 use crate::tally::metric_column;
 
@@ -36,6 +37,7 @@ pub(crate) struct PageInput<'a> {
     pub(crate) facts: &'a CampaignFacts<'a>,
     pub(crate) summary: &'a Summary,
     pub(crate) traces: &'a [Trace],
+    pub(crate) author_units: &'a [OtherUnit],
     pub(crate) outcome_maps: &'a [OutcomeMap],
     pub(crate) plant: Option<&'a Plant>,
 }
@@ -156,9 +158,8 @@ fn side_word(side: Loop) -> &'static str {
 /// Data of the page.
 pub(crate) fn page_data(input: &PageInput, runs: &PageRuns) -> PageData {
     let mut block = Block::default();
-    let author = of_author(input.facts.text);
     let chosen = traces::chosen(input.traces, input.summary);
-    let columns = columns(runs, &author, input, &mut block);
+    let columns = columns(runs, input, &mut block);
     let code =
         |at: usize, block: &mut Block| block.codes(&runs.sample.iter().map(|run| run.codes[at]).collect::<Vec<_>>());
     let cause = |id: &String| ShownCause { id: id.clone(), text: cause_text(id, None), unit: cause_unit(id) };
@@ -207,12 +208,7 @@ fn strata(runs: &PageRuns) -> Vec<ShownStratum> {
     Stratum::ALL.map(row).into()
 }
 
-fn columns<'a>(
-    runs: &'a PageRuns,
-    author: &std::collections::BTreeMap<String, String>,
-    input: &PageInput,
-    block: &mut Block,
-) -> Vec<ShownColumn<'a>> {
+fn columns<'a>(runs: &'a PageRuns, input: &PageInput, block: &mut Block) -> Vec<ShownColumn<'a>> {
     let shown = |(at, own): (usize, &'a NumberColumn)| {
         let values: Vec<f32> = runs.sample.iter().map(|run| run.numbers[at]).collect();
         let finite = values.iter().copied().filter(|value| value.is_finite());
@@ -221,7 +217,8 @@ fn columns<'a>(
             Some([lo.min(value), hi.max(value)])
         });
         let largest = range.map_or(0.0, |[lo, hi]| lo.abs().max(hi.abs()));
-        let unit = units::shown(&own.unit, written(own, author, input), f64::from(largest));
+        let author = input.author_units.iter().find(|unit| unit.column == own.name);
+        let unit = units::shown(&own.unit, author, f64::from(largest));
         ShownColumn {
             name: &own.name,
             label: &own.label,
@@ -236,27 +233,6 @@ fn columns<'a>(
         }
     };
     runs.columns.iter().enumerate().map(shown).collect()
-}
-
-/// The unit that the author wrote for a column: of an input by its parameter, of a metric or margin by the requirement.
-fn written<'a>(
-    column: &NumberColumn,
-    author: &'a std::collections::BTreeMap<String, String>,
-    input: &PageInput,
-) -> Option<&'a String> {
-    let metric = || {
-        let of_requirement = |side: Loop, own: &&softdock_campaign::requirement::Requirement| {
-            side.margin(&own.column_id()).name() == column.name
-        };
-        let side = column.side?;
-        let margin = input.facts.requirements.iter().find(|own| of_requirement(side, own));
-        author.get(&margin.map_or_else(|| column.label.replace(' ', "_"), |own| own.metric.name.clone()))
-    };
-    match column.group {
-        Group::Input => author.get(&column.label.replace(' ', "_")).or_else(|| author.get(&column.label)),
-        Group::Metric | Group::Margin => metric(),
-        Group::Cause => None,
-    }
 }
 
 fn requirements<'a>(input: &PageInput<'a>, runs: &PageRuns) -> Vec<ShownRequirement<'a>> {

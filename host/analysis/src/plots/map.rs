@@ -1,8 +1,11 @@
 //! Stability map: limits of the contact stiffness in a delayed loop over its damping, with closed-form curves.
 
+use serde::Serialize;
+
 use crate::Result;
 use crate::plots::axis::{Axis, Scale};
 use crate::plots::figure::{Figure, Size, colour};
+use crate::templates::{PageOrigin, render_page};
 
 /// The limits of one compensator.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -17,45 +20,70 @@ pub struct MapCurve {
     pub closed: Vec<(f64, f64)>,
 }
 
-/// Renders a page with one figure per compensator; `heading` states mass and delay.
+/// Values of the template.
+#[derive(Serialize)]
+struct Page {
+    mass: String,
+    delay: String,
+    unit: String,
+    figures: Vec<(String, String)>,
+    rows: Vec<LimitRow>,
+}
+
+/// A limit at one damping.
+#[derive(Serialize)]
+struct LimitRow {
+    name: String,
+    limit: &'static str,
+    damping: String,
+    stiffness: String,
+    /// The limit in closed form; a dash where there is none.
+    closed: String,
+    newton_per_metre: String,
+}
+
+/// Renders a page with one figure per compensator.
 ///
 /// # Errors
 /// If a figure cannot be drawn.
-pub fn map_page(mass_kg: f64, delay_ms: f64, curves: &[MapCurve]) -> Result<String> {
+pub fn map_page(mass_kg: f64, delay_ms: f64, curves: &[MapCurve], origin: &PageOrigin) -> Result<String> {
     let unit = mass_kg / (1e-3 * delay_ms).powi(2);
-    let heading = format!(
-        "Two bodies of reduced mass {mass_kg} kg, ideal robots, {delay_ms} ms of dead time: k h\u{b2}/m = 1 is {unit:.4e} \
-         N/m. Compensators know delay, stiffness and damping exactly."
-    );
-    let mut figures = String::new();
+    let page = Page {
+        mass: mass_kg.to_string(),
+        delay: delay_ms.to_string(),
+        unit: format!("{unit:.4e}"),
+        figures: curves.iter().map(|curve| Ok((curve.name.clone(), figure(curve)?))).collect::<Result<_>>()?,
+        rows: rows(curves, unit),
+    };
+    render_page("map.html", include_str!("../page/map.html"), origin, &page)
+}
+
+fn rows(curves: &[MapCurve], unit: f64) -> Vec<LimitRow> {
+    let mut all = Vec::new();
     for curve in curves {
-        figures.push_str(&format!("<figure><figcaption>{}</figcaption>{}</figure>\n", curve.name, figure(curve)?));
+        for (limit, points) in [("linear", &curve.linear), ("energy", &curve.energy)] {
+            for (ratio, kappa) in points {
+                let near = curve.closed.iter().find(|c| limit == "linear" && (c.0 - ratio).abs() < 5e-3);
+                all.push(LimitRow {
+                    name: curve.name.clone(),
+                    limit,
+                    damping: format!("{ratio:.2}"),
+                    stiffness: format!("{kappa:.4}"),
+                    closed: near.map_or("-".to_owned(), |c| format!("{:.4}", c.1)),
+                    newton_per_metre: format!("{:.3e}", kappa * unit),
+                });
+            }
+        }
     }
-    Ok(format!(
-        "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>Stability map</title></head>\n\
-         <body style=\"font-family:sans-serif;max-width:1020px;margin:2em auto\"><h1>Stability map</h1>\n<p>{heading}</p>\n\
-         <p>Blue dots: the linear limit, found through the loop; blue line: the same in closed form. Orange: the energy \
-         limit, e = 1 without adhesion. Below its curve a contact is within the limit; a curve that is missing was not \
-         met between the softest and the stiffest contact.</p>\n\
-         <div style=\"display:flex;flex-wrap:wrap;gap:12px\">\n{figures}</div></body></html>\n"
-    ))
+    all
 }
 
 /// The limits as a table; `unit` is the stiffness \[N/m\] at k h^2/m = 1.
 pub fn map_text(curves: &[MapCurve], unit: f64) -> String {
     let mut out = String::from("compensator          b/(k h)  limit   k h^2/m     closed   k [N/m]\n");
-    for curve in curves {
-        for (limit, points) in [("linear", &curve.linear), ("energy", &curve.energy)] {
-            for (ratio, kappa) in points {
-                let near = curve.closed.iter().find(|c| limit == "linear" && (c.0 - ratio).abs() < 5e-3);
-                let closed = near.map_or("-".to_owned(), |c| format!("{:.4}", c.1));
-                out.push_str(&format!(
-                    "{:<20} {ratio:>7.2}  {limit} {kappa:>9.4} {closed:>10} {:>10.3e}\n",
-                    curve.name,
-                    kappa * unit
-                ));
-            }
-        }
+    for row in rows(curves, unit) {
+        let LimitRow { name, limit, damping, stiffness, closed, newton_per_metre } = row;
+        out += &format!("{name:<20} {damping:>7}  {limit} {stiffness:>9} {closed:>10} {newton_per_metre:>10}\n");
     }
     out
 }

@@ -8,6 +8,5 @@ pub mod page;
 pub mod result_files;
 pub mod signals_text;
 pub mod summary;
-pub mod template;
 pub mod text;
 pub mod wording;

@@ -9,19 +9,16 @@ use crate::model::isolability;
 use crate::model::place::place;
 use crate::report::figures::drawings;
 use crate::report::summary::{DiagnosisSummary, ReportTable, details, identifiability};
-use crate::report::template::render;
 use crate::report::text;
 use crate::report::wording::{residual, verdict};
 use crate::verdict::answer::BlockAnswer;
 use crate::verdict::judged::Judged;
 use serde::Serialize;
-use softdock_analysis::STYLE;
 use softdock_analysis::number::significant;
+use softdock_analysis::{PageOrigin, render_page};
 
 #[derive(Serialize)]
 struct Page<'a> {
-    style: &'static str,
-    version: &'static str,
     title: &'a str,
     summary: DiagnosisSummary,
     comparison: Option<&'a str>,
@@ -29,7 +26,6 @@ struct Page<'a> {
     isolability: String,
     blocks: Vec<BlockSection>,
     numbers: Vec<(&'static str, String)>,
-    command: &'a str,
 }
 
 /// Section of the page about a block.
@@ -54,7 +50,7 @@ pub fn page(
     title: &str,
     diagnosis: &Diagnosis,
     judged: &[Judged],
-    command: &str,
+    origin: &PageOrigin,
     comparison: Option<&str>,
 ) -> Result<String> {
     // Answers that need no fit of a block have no judgement.
@@ -66,8 +62,6 @@ pub fn page(
     // The most severe verdict first.
     blocks.sort_by_key(|answer| std::cmp::Reverse(answer.answer));
     let page = Page {
-        style: STYLE,
-        version: env!("CARGO_PKG_VERSION"),
         title,
         summary: DiagnosisSummary::of(diagnosis),
         comparison,
@@ -75,9 +69,8 @@ pub fn page(
         isolability: isolability::text(&diagnosis.isolability),
         blocks: blocks.into_iter().map(of).collect::<Result<_>>()?,
         numbers: numbers(diagnosis, judged),
-        command,
     };
-    render("diagnosis.html", include_str!("page/diagnosis.html"), &page)
+    Ok(render_page("diagnosis.html", include_str!("page/diagnosis.html"), origin, &page)?)
 }
 
 fn section(

@@ -2,17 +2,19 @@
 
 use super::estimate::{ContactDetermination, ContactEstimate};
 use super::identification::{ContactIdentification, FoundContact};
+use softdock_analysis::PageOrigin;
 use softdock_analysis::number::{significant, unit_text};
 use softdock_campaign::FILL_IN;
 
-/// Returns the table as TOML, with its source in comments; `command` is the command that identified it.
+/// Returns the table as TOML, with its source in comments.
 ///
 /// A required key that the data do not determine has the value `"fill in"`, which every reader of a scenario rejects.
-pub fn contact_block(found: &ContactIdentification, command: &str) -> String {
+pub fn contact_block(found: &ContactIdentification, origin: &PageOrigin) -> String {
     let mut text = format!(
-        "# Contact of {}, identified by softdock {}:\n#   {command}\n# Source: {}\n[contact]\nlaw = \"{}\"\n",
+        "# Contact of {}, identified by softdock {}:\n#   {}\n# Source: {}\n[contact]\nlaw = \"{}\"\n",
         found.title,
-        env!("CARGO_PKG_VERSION"),
+        origin.version,
+        origin.command,
         source(found),
         found.law()
     );

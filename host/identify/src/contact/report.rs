@@ -8,12 +8,11 @@ use super::toss::OpenLoopError;
 use crate::Result;
 use serde::Serialize;
 use serde_json::{Value, json};
-use softdock_analysis::STYLE;
 use softdock_analysis::number::{digits_of, significant, unit_text};
 use softdock_analysis::plots::axis::Axis;
 use softdock_analysis::plots::figure::{Figure, Size, colour};
+use softdock_analysis::{PageOrigin, render_page};
 use softdock_diagnosis::report::result_files::{FiguresAndFiles, readable};
-use softdock_diagnosis::report::template::render;
 use softdock_results::ResultFile;
 
 /// Bars of a distribution of errors.
@@ -21,8 +20,6 @@ const BARS: usize = 24;
 
 #[derive(Serialize)]
 struct ContactPage {
-    style: &'static str,
-    version: &'static str,
     title: String,
     headline: String,
     source: String,
@@ -34,7 +31,6 @@ struct ContactPage {
     figures: Vec<(String, String)>,
     notes: Vec<String>,
     block: String,
-    command: String,
 }
 
 #[derive(Serialize)]
@@ -61,11 +57,11 @@ struct LawRow {
 ///
 /// # Errors
 /// If a figure of the page cannot be drawn.
-pub fn contact_files(found: &ContactIdentification, command: &str) -> Result<FiguresAndFiles> {
+pub fn contact_files(found: &ContactIdentification, origin: &PageOrigin) -> Result<FiguresAndFiles> {
     let figures = summary(found);
     let files = vec![
-        ResultFile::new("contact.toml", contact_block(found, command)),
-        ResultFile::new("identify.html", page(found, command)?),
+        ResultFile::new("contact.toml", contact_block(found, origin)),
+        ResultFile::new("identify.html", page(found, origin)?),
         ResultFile::new("identification.json", readable(&figures)),
     ];
     Ok(FiguresAndFiles { figures, files })
@@ -130,7 +126,7 @@ fn law_rows(own: &FoundLaw) -> Vec<LawRow> {
     own.fits.iter().map(row).collect()
 }
 
-fn page(found: &ContactIdentification, command: &str) -> Result<String> {
+fn page(found: &ContactIdentification, origin: &PageOrigin) -> Result<String> {
     let (laws, body, errors, figures) = match &found.found {
         FoundContact::Touches(own) => (law_rows(own), Vec::new(), touch_errors(own), touch_figures(own)?),
         FoundContact::Tosses(own) => {
@@ -147,8 +143,6 @@ fn page(found: &ContactIdentification, command: &str) -> Result<String> {
         }
     };
     let page = ContactPage {
-        style: STYLE,
-        version: env!("CARGO_PKG_VERSION"),
         title: found.title.clone(),
         headline: headline(found),
         source: source(found),
@@ -159,10 +153,9 @@ fn page(found: &ContactIdentification, command: &str) -> Result<String> {
         is_toss: matches!(found.found, FoundContact::Tosses(_)),
         figures,
         notes: found.notes().to_vec(),
-        block: contact_block(found, command),
-        command: command.to_owned(),
+        block: contact_block(found, origin),
     };
-    render("contact.html", include_str!("../page/contact.html"), &page)
+    Ok(render_page("contact.html", include_str!("../page/contact.html"), origin, &page)?)
 }
 
 /// Order of cases by their error: best, median, worst.

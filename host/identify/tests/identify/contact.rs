@@ -1,5 +1,6 @@
 //! Contacts of known laws, simulated by an integrator of the test's own: each parameter is found, or reported as not determined.
 
+use softdock_analysis::PageOrigin;
 use softdock_campaign::Rig;
 use softdock_identify::contact::estimate::{ContactDetermination, ContactEstimate};
 use softdock_identify::contact::identification::{
@@ -14,6 +15,10 @@ use std::path::{Path, PathBuf};
 
 /// A law of the test: force over depth and its rate, given the speed of approach.
 type Force = dyn Fn(f64, f64, f64) -> f64;
+
+fn origin(command: &str) -> PageOrigin<'_> {
+    PageOrigin { version: "0", commit: "unknown", command }
+}
 
 /// Sampling period \[s\].
 const STEP: f64 = 1e-4;
@@ -99,7 +104,7 @@ fn assert_found(found: &ContactIdentification, key: &str, truth: f64, share: f64
 fn assert_open(found: &ContactIdentification, key: &str) {
     let estimate = estimate(found, key);
     assert!(estimate.value.is_none() && !estimate.reason.is_empty(), "{key} is not determined: {estimate:?}");
-    let block = contact_files(found, "command").expect("files").files;
+    let block = contact_files(found, &origin("command")).expect("files").files;
     let text = &block[0].text;
     let has_number = text.lines().any(|line| line.starts_with(key) && !line.contains("fill in"));
     assert!(!has_number, "{key} has no number in the table:\n{text}");
@@ -179,7 +184,7 @@ fn the_table_is_read_by_a_scenario() {
     let folder = tempfile::tempdir().expect("a folder");
     let law = |x: f64, v: f64, _: f64| 4e7 * x.powf(1.5) * (1.0 + 0.6 * v);
     let found = identified(&impacts(folder.path(), &law, &SPEEDS, [2e-7, 1.0]), Some(FittedLaw::Power));
-    let files = contact_files(&found, "softdock identify contact").expect("files").files;
+    let files = contact_files(&found, &origin("softdock identify contact")).expect("files").files;
     let block = &files[0].text;
     assert_eq!(files[0].name, "contact.toml");
     let bad = crate::root().join("tests/data/bad");
@@ -253,7 +258,7 @@ fn force_that_follows_no_law_is_reported_as_inadequate() {
     let one = |number: usize| write(folder.path(), &format!("odd{number}"), &press(&law, 1e-3, 0.5), [1e-7, 0.5]);
     let found = identified(&(0..4).map(one).collect::<Vec<_>>(), None);
     assert!(found.inadequate().is_some_and(|error| error > 0.1));
-    let files = contact_files(&found, "command").expect("files").files;
+    let files = contact_files(&found, &origin("command")).expect("files").files;
     assert!(files.iter().all(|file| file.text.contains("nadequate") || file.text.contains("\"adequate\": false")));
 }
 
