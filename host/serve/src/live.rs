@@ -8,8 +8,8 @@ use std::time::{Duration, Instant};
 /// Time in which a request waits for its first answer.
 const FIRST: Duration = Duration::from_millis(700);
 
-/// An answer is renewed when it is this old, or this many times the time that it took.
-const RENEWED: (Duration, u32) = (Duration::from_secs(2), 4);
+/// An answer is renewed when it is this old, and at least this many times the time that it took.
+const RENEWED: (Duration, u32) = (Duration::from_secs(2), 1);
 
 /// Answers kept; the oldest is dropped.
 const MOST: usize = 64;
