@@ -192,8 +192,8 @@ if [ "$full" = yes ]; then
         advisories_seen=yes
     fi
 
-    step "the results page of a million runs"
-    cargo test "${all[@]}" --test report -- --ignored --nocapture million
+    step "results page and server with a million runs"
+    cargo test "${all[@]}" --test report --test softdock -- --ignored --nocapture million
 
     step "results in an object store"
     bash tests/store.sh "$target/s3" cargo test --release --features s3 --test store -- --ignored

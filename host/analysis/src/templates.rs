@@ -28,7 +28,7 @@ pub(crate) const APP: Script = Script { text: include_str!("page/app.js"), hash:
 const SHELL: Script = Script { text: include_str!("page/shell.js"), hash: include_str!("page/shell.sha256") };
 
 /// What made a page.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct PageOrigin<'a> {
     /// Version of softdock.
     pub version: &'a str,

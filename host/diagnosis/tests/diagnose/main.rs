@@ -13,6 +13,7 @@ mod plausibility;
 mod recordings;
 
 use bench::{Bench, Kind, assert_named, drive};
+use softdock_analysis::PageOrigin;
 use softdock_diagnosis::diagnosis::DiagnosisOptions;
 use softdock_diagnosis::report::page::page;
 use softdock_diagnosis::verdict::answer::DiagnosisVerdict;
@@ -169,7 +170,7 @@ fn effect_in_a_robot_axis_is_named_and_extends_the_model() {
     let (diagnosis, judged) = bench.diagnose_with(&options).expect("good recordings");
     assert_named(&diagnosis, &["J2_viscous"]);
     assert!(!diagnosis.provisional && diagnosis.blocks.len() == 4);
-    let page = page("robot", &diagnosis, &judged, "", None).expect("figures");
+    let page = page("robot", &diagnosis, &judged, &PageOrigin::default(), None).expect("figures");
     assert!(["Robot", "Axis 1", "Axis 2", "Axis 3"].iter().all(|place| page.contains(&format!("<h2>{place}:"))));
     // An axis with a finding has figures against its signals, the others one for each, the robot as a whole none.
     assert_eq!(page.matches("over time</figcaption>").count(), 3);

@@ -1,5 +1,6 @@
 //! Measured data that nobody in this project made; their folder is in `SOFTDOCK_DATA`.
 
+use softdock_analysis::PageOrigin;
 use softdock_campaign::Rig;
 use softdock_diagnosis::diagnosis::{Diagnosis, DiagnosisOptions, prepare};
 use softdock_diagnosis::report::page::page;
@@ -50,7 +51,7 @@ static KUKA: LazyLock<(Diagnosis, String)> = LazyLock::new(|| {
         |file: &str| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data/kuka-kr300-recordings").join(file);
     let prepared = prepare(rig, &[&log("traj_A.csv")], &[&log("traj_B.csv")], &DiagnosisOptions::default());
     let (diagnosis, judged) = prepared.expect("good recordings").diagnose().expect("motions that show something");
-    let page = page("robot", &diagnosis, &judged, "", None).expect("figures");
+    let page = page("robot", &diagnosis, &judged, &PageOrigin::default(), None).expect("figures");
     (diagnosis, page)
 });
 

@@ -1,6 +1,7 @@
 //! A designed motion: inside every limit, better than chance, and at rest where it begins.
 
 use crate::kr300;
+use softdock_analysis::PageOrigin;
 use softdock_identify::excitation::{DesignOptions, design};
 use softdock_identify::motion_page::page;
 
@@ -34,8 +35,10 @@ fn page_shows_names_as_text_alone() {
     }
     let options = DesignOptions { starts: 1, steps: 1, ..DesignOptions::default() };
     let found = design(&robot, &options).expect("a motion");
-    let page = page(&robot, &found, "softdock identify robot <b>").expect("a page");
-    for markup in ["<script", "<img", "<b>"] {
+    let origin = PageOrigin { version: "0", commit: "<b>unknown", command: "softdock identify robot <b>" };
+    let page = page(&robot, &found, &origin).expect("a page");
+    assert_eq!(page.matches("<script").count(), 1, "the page's own script");
+    for markup in ["<img", "<b>"] {
         assert!(!page.contains(markup), "{markup}");
     }
     assert!(page.contains("&lt;script&gt;title") && page.contains("&lt;img src=x onerror="));
