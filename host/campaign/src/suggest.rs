@@ -177,7 +177,9 @@ pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) ->
 
 /// Whether one changed letter, of three or more, leads from a word to a candidate.
 fn is_slip(word: &str, candidate: &str) -> bool {
-    candidate.len() >= 3 && strsim::osa_distance(&word.to_lowercase(), &candidate.to_lowercase()) <= 1
+    // A letter has at most four bytes: most candidates need no distance.
+    let is_near = candidate.len() >= 3 && word.len().abs_diff(candidate.len()) <= 4;
+    is_near && strsim::osa_distance(&word.to_lowercase(), &candidate.to_lowercase()) <= 1
 }
 
 /// Names of older versions, and what to write now.

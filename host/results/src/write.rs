@@ -9,6 +9,7 @@ use parquet::basic::{Compression, ZstdLevel};
 use parquet::errors::ParquetError;
 use parquet::file::metadata::KeyValue;
 use parquet::file::properties::WriterProperties;
+use parquet::schema::types::ColumnPath;
 
 use crate::atomic::atomically;
 use crate::seal::{FILE_HASH, blank, seal};
@@ -42,8 +43,8 @@ pub(crate) fn write_batches<'a>(
     atomically(path, |file| {
         // Arrow readers look for file metadata in the embedded schema, others in the footer: it stands in both.
         let schema = first.schema().with_metadata(metadata.iter().cloned().collect::<arrow_schema::Metadata>());
-        let mut writer =
-            ArrowWriter::try_new(&mut *file, Arc::new(schema), Some(properties(&metadata))).map_err(unwritten(path))?;
+        let mut writer = ArrowWriter::try_new(&mut *file, Arc::new(schema), Some(properties(&first, &metadata)))
+            .map_err(unwritten(path))?;
         for table in std::iter::once(Ok(first)).chain(tables) {
             let table = table?;
             check_rows(path, &table)?;
@@ -80,14 +81,18 @@ fn check_rows(path: &Path, table: &Table) -> Result<()> {
     }
 }
 
-fn properties(metadata: &[(String, String)]) -> WriterProperties {
+/// Real numbers hardly repeat: a dictionary of them costs more time than all the rest of writing.
+fn properties(table: &Table, metadata: &[(String, String)]) -> WriterProperties {
+    let numbers = table.columns.iter().filter(|column| matches!(column.values, Values::F64(_)));
     let own = KeyValue::new(FILE_HASH.to_owned(), blank());
     let metadata = metadata.iter().map(|(key, value)| KeyValue::new(key.clone(), value.clone())).chain([own]).collect();
-    WriterProperties::builder()
+    let all = WriterProperties::builder()
         .set_compression(Compression::ZSTD(ZstdLevel::default()))
         .set_max_row_group_row_count(Some(ROW_GROUP_ROWS))
         .set_created_by("softdock".to_owned())
-        .set_key_value_metadata(Some(metadata))
+        .set_key_value_metadata(Some(metadata));
+    numbers
+        .fold(all, |all, column| all.set_column_dictionary_enabled(ColumnPath::from(column.name.as_str()), false))
         .build()
 }
 

@@ -18,6 +18,7 @@ use softdock_kernels::quads::{quads, read, reads, stores, words};
 use softdock_kernels::robot::commands_poses;
 use softdock_kernels::session::supervised;
 use softdock_kernels::stages::{of_law, of_shell};
+use std::collections::BTreeSet;
 use std::fmt::Write;
 
 /// The hand-written part of the robots: those that lag, and those of the joint level.
@@ -61,6 +62,15 @@ pub fn kernel(plant: &Plant, batch: Batch) -> Kernel {
     softdock_kernels::with_joints!(plant.joints(), build(plant, batch))
 }
 
+/// Names behind a `p.`, with their members: `offset.x`.
+fn read_parameters(text: &str) -> impl Iterator<Item = &str> {
+    let is_end = |letter: char| !(letter.is_ascii_alphanumeric() || letter == '_' || letter == '.');
+    text.match_indices("p.").map(move |(at, head)| {
+        let name = &text[at + head.len()..];
+        &name[..name.find(is_end).unwrap_or(name.len())]
+    })
+}
+
 fn build<const N: usize>(plant: &Plant, batch: Batch) -> Kernel {
     let functions = functions::<N>(plant);
     let structs = structures(&functions);
@@ -86,10 +96,10 @@ fn build<const N: usize>(plant: &Plant, batch: Batch) -> Kernel {
 
     let listings: Vec<String> = functions.iter().map(Function::listing).collect();
     // A driver compiles loads and stores slowly: only parameters that something reads are loaded.
-    let is_read = |field: &Field| {
-        let name = format!("p.{}", field.name);
-        FRAME.contains(&name) || listings.iter().any(|listing| listing.contains(&name))
-    };
+    let texts = listings.iter().map(String::as_str).chain([FRAME]);
+    let read: BTreeSet<&str> = texts.flat_map(read_parameters).collect();
+    let is_read =
+        |field: &Field| read.range(field.name.as_str()..).next().is_some_and(|name| name.starts_with(&*field.name));
     let inputs: Vec<usize> =
         fields("Params").iter().enumerate().filter(|(_, field)| is_read(field)).map(|(index, _)| index).collect();
     let member = |(variable, field): (&str, &Field)| format!("{variable}.{}", field.name);
