@@ -248,6 +248,10 @@ step "the Python package: its wheel, its tests, its notebooks"
 (cd python && "$python" -m maturin build --quiet --profile release --strip --out "$scratch/wheels")
 "$python" -m pip install --quiet --disable-pip-version-check --force-reinstall --no-deps "$scratch"/wheels/softdock-*.whl
 (cd python && "$python" -m pytest -q -p no:cacheprovider)
+# Whether the source distribution is whole: pip builds from it in an empty folder.
+(cd python && "$python" -m maturin sdist --out "$scratch/source" >/dev/null 2>&1)
+tar -xzf "$scratch"/source/softdock-*.tar.gz -C "$scratch/source"
+(cd "$scratch"/source/softdock-*/ && cargo metadata --offline --format-version 1 >"$scratch/metadata.json")
 
 if [ "$full" = no ]; then
     printf '\n!! NOT RUN: full sizes of slow tests, an object store, parity on SwiftShader: bash tests/run.sh --full\n' >&2
