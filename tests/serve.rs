@@ -85,6 +85,7 @@ fn results_are_listed_shown_and_compared_and_nothing_else_is_read() {
     let live = answered(address, "/api/live/deep%2Ftwo");
     assert_eq!((&live["kind"], &live["partial_runs"]), (&"campaign".into(), &0.into()));
     assert_eq!(live["summary"]["completeness"]["runs_done"], 24);
+    assert!(live["notes"].to_string().contains("summary.json"), "{live}");
     let compared = answered(address, "/api/compare/one/deep%2Ftwo");
     assert!(compared["text"].as_str().expect("a text").contains("keys that differ"), "{compared}");
 
@@ -103,6 +104,9 @@ fn results_are_listed_shown_and_compared_and_nothing_else_is_read() {
     ] {
         assert_eq!(get(address, path).0, 404, "{path}");
     }
+    // The written summary of a folder that has lost runs is not shown.
+    std::fs::remove_file(root.join("one/runs/shard=00000.parquet")).expect("a shard");
+    assert_eq!(answered(address, "/api/live/one")["summary"]["completeness"]["runs_done"], 0);
     // A page elsewhere reaches this address under another name.
     assert_eq!(get_as(address, "/api/folders", "evil.example:80").0, 403);
 }

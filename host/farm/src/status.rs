@@ -69,9 +69,10 @@ impl FolderWatch {
 fn written_summary(folder: &ResultsFolder) -> Option<Summary> {
     let path = folder.path.join("summary.json");
     let written = changed(&path)?;
-    let entries = std::fs::read_dir(folder.path.join("runs")).ok()?;
-    // Equal times may stand in either order.
-    let are_older = entries.flatten().all(|entry| changed(&entry.path()).is_some_and(|runs| runs < written));
+    let runs = folder.path.join("runs");
+    // Equal times may stand in either order. A file that was deleted changes the folder's own time.
+    let is_older = |path: &Path| changed(path).is_some_and(|runs| runs < written);
+    let are_older = is_older(&runs) && std::fs::read_dir(&runs).ok()?.flatten().all(|entry| is_older(&entry.path()));
     let text = read_text(&path, MAX_TEXT).ok().filter(|_| are_older)?;
     let summary: Summary = serde_json::from_str(&text).ok()?;
     let facts = folder.facts();
