@@ -1,10 +1,11 @@
 //! A results folder of a million runs: what the server answers, and when.
 
+use crate::serve::get;
 use serde_json::Value;
 use softdock_results::shards::shard_path;
 use softdock_results::{TableReader, Values, content_hash, write_table};
-use std::io::{BufRead, BufReader, Read, Write};
-use std::net::TcpStream;
+use std::io::{BufRead, BufReader};
+use std::net::SocketAddr;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
@@ -55,31 +56,32 @@ fn peak_mb(process: &Child) -> u64 {
 }
 
 /// The server's address, as it prints it.
-fn address(server: &mut Child) -> String {
+fn address(server: &mut Child) -> SocketAddr {
     let output = BufReader::new(server.stdout.take().expect("its output"));
     let mut lines = output.lines().map(|line| line.expect("a line"));
     let line = lines.find(|line| line.starts_with("pages")).expect("the address");
-    line.split(' ').find_map(|word| word.strip_prefix("http://")).expect("an address").trim_end_matches('/').to_owned()
+    line.split(' ')
+        .find_map(|word| word.strip_prefix("http://"))
+        .expect("an address")
+        .trim_end_matches('/')
+        .parse()
+        .expect("an address")
 }
 
 /// An answer's body and time.
-fn get(address: &str, path: &str) -> (String, Duration) {
+fn timed(address: SocketAddr, path: &str) -> (String, Duration) {
     let begun = Instant::now();
-    let mut stream = TcpStream::connect(address).expect("the server");
-    write!(stream, "GET {path} HTTP/1.1\r\nHost: {address}\r\nConnection: close\r\n\r\n").expect("a request");
-    let mut answer = String::new();
-    stream.read_to_string(&mut answer).expect("an answer");
-    let (head, body) = answer.split_once("\r\n\r\n").expect("head and body");
-    assert!(head.contains(" 200 "), "{path}: {head}");
-    (body.to_owned(), begun.elapsed())
+    let (status, head, body) = get(address, path);
+    assert_eq!(status, 200, "{path}: {head}");
+    (body, begun.elapsed())
 }
 
 /// Asks for the state of the folder until it has been read; every answer comes within a second.
-fn live(address: &str, what: &str) -> Value {
+fn live(address: SocketAddr, what: &str) -> Value {
     let begun = Instant::now();
     let mut slowest = Duration::ZERO;
     loop {
-        let (body, took) = get(address, "/api/live/.");
+        let (body, took) = timed(address, "/api/live/.");
         slowest = slowest.max(took);
         let state: Value = serde_json::from_str(&body).expect("JSON");
         if state["pending"].is_null() {
@@ -107,12 +109,12 @@ fn server_answers_within_a_second_with_a_million_runs() {
     let mut server =
         softdock(&["serve", shown, "--address", "127.0.0.1:0"]).stdout(Stdio::piped()).spawn().expect("softdock serve");
     let address = address(&mut server);
-    let state = live(&address, "a growing folder, first look");
+    let state = live(address, "a growing folder, first look");
     assert_eq!(state["summary"]["completeness"]["runs_done"], RUNS - SHARD_RUNS);
     fill(&results, shards - 1..shards);
     // The answer is renewed in the background; only the new shard is read.
     let begun = Instant::now();
-    while live(&address, "one more shard")["summary"]["completeness"]["runs_done"] != RUNS {
+    while live(address, "one more shard")["summary"]["completeness"]["runs_done"] != RUNS {
         assert!(begun.elapsed() < Duration::from_secs(600), "the new shard is not seen");
         std::thread::sleep(Duration::from_secs(1));
     }
@@ -135,10 +137,10 @@ fn server_answers_within_a_second_with_a_million_runs() {
     let mut second =
         softdock(&["serve", shown, "--address", "127.0.0.1:0"]).stdout(Stdio::piped()).spawn().expect("softdock serve");
     let fresh = self::address(&mut second);
-    let state = live(&fresh, "a complete folder, first look");
+    let state = live(fresh, "a complete folder, first look");
     assert_eq!(state["summary"]["completeness"]["runs_done"], RUNS);
     for path in ["/", "/api/folders", "/page/./report.html"] {
-        let (body, took) = get(&fresh, path);
+        let (body, took) = timed(fresh, path);
         println!("{path}: {} bytes in {took:.3?}", body.len());
         assert!(took < Duration::from_secs(1), "{path}");
     }

@@ -19,7 +19,7 @@ fn get_as(address: SocketAddr, path: &str, host: &str) -> (u16, String, String) 
     (status, head.to_lowercase(), body.to_owned())
 }
 
-fn get(address: SocketAddr, path: &str) -> (u16, String, String) {
+pub(crate) fn get(address: SocketAddr, path: &str) -> (u16, String, String) {
     get_as(address, path, &address.to_string())
 }
 

@@ -1,7 +1,7 @@
 //! Campaign data for summary and report.
 
 use softdock_campaign::requirement::{AgreementRequirement, Requirement};
-use softdock_results::shards::{KnownShards, Origin, ShardIndex, ShardPlan};
+use softdock_results::shards::{Origin, ShardIndex, ShardPlan};
 use std::path::Path;
 
 use crate::summary::{Extension, Judgement};
@@ -57,15 +57,6 @@ impl CampaignFacts<'_> {
     /// If the folder cannot be read.
     pub fn shards(&self, results: &Path) -> std::result::Result<ShardIndex, softdock_results::ResultsError> {
         ShardIndex::scan(results, self.plan, &self.origin())
-    }
-
-    /// As [`CampaignFacts::shards`], without reading again the files that are known.
-    pub(crate) fn shards_again(
-        &self,
-        results: &Path,
-        known: &mut KnownShards,
-    ) -> std::result::Result<ShardIndex, softdock_results::ResultsError> {
-        ShardIndex::scan_again(results, self.plan, &self.origin(), known)
     }
 
     /// Returns the common origin of the campaign's rows.

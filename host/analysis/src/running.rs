@@ -1,9 +1,8 @@
 //! Summary of a results folder that grows.
 
-use std::collections::BTreeMap;
 use std::path::Path;
 
-use softdock_results::shards::{KnownShards, Origin, ShardIndex, ShardPlan};
+use softdock_results::shards::{KnownShards, ShardFile, ShardIndex};
 
 use crate::Result;
 use crate::content::Content;
@@ -20,21 +19,18 @@ pub struct RunningSummary {
     counted: Option<Counted>,
 }
 
-/// The shards of a campaign that have been counted.
+/// The shards that have been counted.
 struct Counted {
-    plan: ShardPlan,
-    origin: Origin,
-    /// Hash of the rows by number.
-    shards: BTreeMap<u32, String>,
+    shards: ShardIndex,
     tally: Tally,
 }
 
 impl Counted {
     /// Whether an index still has every counted shard.
     fn is_part_of(&self, index: &ShardIndex) -> bool {
-        let is_there =
-            |(shard, hash): (&u32, &String)| index.complete.get(shard).is_some_and(|file| file.content_hash == *hash);
-        (&self.plan, &self.origin) == (&index.plan, &index.origin) && self.shards.iter().all(is_there)
+        let own = &self.shards;
+        let is_there = |(number, file): (&u32, &ShardFile)| index.complete.get(number) == Some(file);
+        (own.plan, &own.origin) == (index.plan, &index.origin) && own.complete.iter().all(is_there)
     }
 }
 
@@ -44,21 +40,19 @@ impl RunningSummary {
     /// # Errors
     /// If the folder cannot be read.
     pub fn renew(&mut self, results: &Path, facts: &CampaignFacts) -> Result<Summary> {
-        let index = facts.shards_again(results, &mut self.known)?;
-        // Taken out: after an error the count is incomplete and begins anew.
-        let counted = self.counted.take().filter(|counted| counted.is_part_of(&index));
-        let mut counted = counted.unwrap_or_else(|| Counted {
-            plan: index.plan,
-            origin: index.origin.clone(),
-            shards: BTreeMap::new(),
-            tally: Tally::new(facts),
-        });
+        let index = ShardIndex::scan_again(results, facts.plan, &facts.origin(), &mut self.known)?;
         let mut fresh = index.clone();
-        fresh.complete.retain(|shard, _| !counted.shards.contains_key(shard));
-        count(&mut counted.tally, results, &fresh, facts)?;
-        counted.shards.extend(fresh.complete.into_iter().map(|(shard, file)| (shard, file.content_hash)));
-        let summary = summary_of(&Content::of_shards(results, index)?, facts, &counted.tally)?;
-        self.counted = Some(counted);
+        // Taken out: after an error the count is incomplete and begins anew.
+        let mut tally = match self.counted.take().filter(|counted| counted.is_part_of(&index)) {
+            Some(counted) => {
+                fresh.complete.retain(|shard, _| !counted.shards.complete.contains_key(shard));
+                counted.tally
+            }
+            None => Tally::new(facts),
+        };
+        count(&mut tally, results, &fresh, facts)?;
+        let summary = summary_of(&Content::of_shards(results, index.clone())?, facts, &tally)?;
+        self.counted = Some(Counted { shards: index, tally });
         Ok(summary)
     }
 }

@@ -135,22 +135,14 @@ fn overall(verdicts: impl Iterator<Item = Verdict>) -> Verdict {
 }
 
 fn completeness(results: &Path, index: &ShardIndex, tally: &Tally) -> Completeness {
-    let mut devices: BTreeMap<(&str, &str), u32> = BTreeMap::new();
-    for file in index.complete.values() {
-        *devices.entry((&file.backend, &file.device)).or_default() += 1;
-    }
-    let device = |((backend, device), shards): ((&str, &str), u32)| DeviceShards {
-        backend: backend.to_owned(),
-        device: device.to_owned(),
-        shards,
-    };
+    let made_on = index.complete.values().map(|file| (file.backend.as_str(), file.device.as_str(), 1));
     Completeness {
         runs_planned: index.plan.runs,
         runs_done: tally.status.iter().sum(),
         shards_planned: index.plan.shards(),
         shards_done: index.complete.len() as u32,
         shards_missing: index.missing().into_iter().take(LISTED_SHARDS).collect(),
-        devices: devices.into_iter().map(device).collect(),
+        devices: DeviceShards::summed(made_on),
         ignored: index.foreign.iter().map(|(path, reason)| ignored(results, path, reason)).collect(),
     }
 }

@@ -1,5 +1,7 @@
 //! The summary of a campaign: `summary.json`, the terminal's verdict and the report's tables in one type.
 
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Serialize};
 
 use crate::exact::{Interval, Share};
@@ -165,6 +167,22 @@ pub struct DeviceShards {
     pub device: String,
     /// Number of shards.
     pub shards: u32,
+}
+
+impl DeviceShards {
+    /// Sums shards by backend and device, sorted by both.
+    pub(crate) fn summed<'a>(shards: impl Iterator<Item = (&'a str, &'a str, u32)>) -> Vec<Self> {
+        let mut devices: BTreeMap<(&str, &str), u32> = BTreeMap::new();
+        for (backend, device, shards) in shards {
+            *devices.entry((backend, device)).or_default() += shards;
+        }
+        let of = |((backend, device), shards): ((&str, &str), u32)| Self {
+            backend: backend.to_owned(),
+            device: device.to_owned(),
+            shards,
+        };
+        devices.into_iter().map(of).collect()
+    }
 }
 
 /// Runs by what became of them; none is left out.

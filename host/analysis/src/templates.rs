@@ -34,7 +34,7 @@ pub struct PageOrigin<'a> {
     pub version: &'a str,
     /// Commit that it was built from.
     pub commit: &'a str,
-    /// Command that repeats the work; empty where the page lists commands of its own.
+    /// Command line that makes the page again; empty where the page lists its own commands.
     pub command: &'a str,
 }
 

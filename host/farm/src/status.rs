@@ -29,10 +29,14 @@ pub struct FolderStatus {
 /// # Errors
 /// If the folder cannot be read.
 pub fn status(results: &Path) -> Result<FolderStatus> {
-    let folder = ResultsFolder::open(results)?;
+    whole_status(&ResultsFolder::open(results)?)
+}
+
+/// Reads every run.
+fn whole_status(folder: &ResultsFolder) -> Result<FolderStatus> {
     let shown = match folder.campaign.variants.is_empty() {
         true => Shown::Campaign(Box::new(summarise_folder(&folder.path, &folder.facts())?)),
-        false => Shown::Variants(Box::new(variants::compared(&folder)?)),
+        false => Shown::Variants(Box::new(variants::compared(folder)?)),
     };
     Ok(FolderStatus { shown, partial_runs: partial_runs(&folder.path)?, is_as_written: false })
 }
@@ -54,7 +58,7 @@ impl FolderWatch {
     pub fn status(&mut self, results: &Path) -> Result<FolderStatus> {
         let folder = ResultsFolder::open(results)?;
         if !folder.campaign.variants.is_empty() {
-            return status(results);
+            return whole_status(&folder);
         }
         let partial_runs = partial_runs(&folder.path)?;
         if let Some(summary) = written_summary(&folder) {

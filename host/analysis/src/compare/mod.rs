@@ -247,6 +247,8 @@ pub fn compare(id: &str, title: &str, plan: &Comparison, inputs: &[VariantInput]
     }
     let codes = || inputs.iter().map(|input| input.summary.exit_code);
     let worst = inputs.iter().max_by_key(|input| input.summary.exit_code).map(|input| &input.summary);
+    let made_on = inputs.iter().flat_map(|input| &input.summary.completeness.devices);
+    let made_on = made_on.map(|own| (own.backend.as_str(), own.device.as_str(), own.shards));
     Ok(Compared {
         schema: COMPARE_SCHEMA,
         campaign: id.to_owned(),
@@ -254,25 +256,13 @@ pub fn compare(id: &str, title: &str, plan: &Comparison, inputs: &[VariantInput]
         seed: worst.map_or(0, |summary| summary.seed),
         version: worst.map_or(String::new(), |summary| summary.version.clone()),
         commit: worst.map_or(String::new(), |summary| summary.commit.clone()),
-        devices: devices(inputs),
+        devices: DeviceShards::summed(made_on),
         verdict: worst.map_or(Verdict::Undecided, |summary| summary.verdict),
         exit_code: codes().max().unwrap_or(3),
         trust: plan.trust,
         along: plan.along.as_ref().map(MapAxis::of),
         variants,
     })
-}
-
-/// Sums the shards of all variants by device.
-fn devices(inputs: &[VariantInput]) -> Vec<DeviceShards> {
-    let mut all: Vec<DeviceShards> = Vec::new();
-    for own in inputs.iter().flat_map(|input| &input.summary.completeness.devices) {
-        match all.iter_mut().find(|known| known.backend == own.backend && known.device == own.device) {
-            Some(known) => known.shards += own.shards,
-            None => all.push(own.clone()),
-        }
-    }
-    all
 }
 
 fn variant(

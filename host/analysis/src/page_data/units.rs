@@ -24,7 +24,7 @@ pub(crate) struct ShownUnit {
 pub(crate) fn shown(si: &str, author: Option<&OtherUnit>, largest: f64) -> Option<ShownUnit> {
     let of_size = |(unit, of, enough): &(&str, &str, f64)| {
         let fits = *of == si && largest > 0.0 && largest < *enough;
-        fits.then(|| Some(((*unit).to_owned(), in_si(unit, of)?)))?
+        if fits { Some(((*unit).to_owned(), in_si(unit, of)?)) } else { None }
     };
     let of_author = author.map(|author| (author.unit.clone(), author.in_si));
     let (unit, in_si) = of_author.or_else(|| READABLE.iter().find_map(of_size))?;
